@@ -148,7 +148,7 @@ pub(super) fn depth_at(points: [&PicturePoint; 3], at: Vec2) -> f32 {
 
 /// The barycentric coordinates of one triangle at a picture position (in pixels).
 #[inline(always)] // for the instructions of its caller
-pub(super) fn barycentrics(points: [&PicturePoint; 3], at: Vec2, leeway: f32) -> Barycentrics {
+pub fn barycentrics(points: [&PicturePoint; 3], at: Vec2, leeway: f32) -> Barycentrics {
     let (mut corners, mut out) = (CornerLanes::default(), Weights::default());
     corners.set(0, points, leeway);
     corners.set_position(0, at);

@@ -13,9 +13,9 @@ use bytemuck::{Pod, Zeroable};
 use catoptric_core::math::lanes::{LANES, bits_of};
 
 /// Width and height of a block, in pixels.
-pub(super) const BLOCK: usize = 8;
+pub const BLOCK: usize = 8;
 /// Width and height of a tile, in pixels.
-pub(super) const TILE: usize = 32;
+pub const TILE: usize = 32;
 /// Blocks along a side of a tile.
 pub(super) const TILE_BLOCKS: usize = TILE / BLOCK;
 /// The id of a sample that shows nothing.
@@ -24,12 +24,12 @@ pub const EMPTY: u32 = u32::MAX;
 /// Eight keys of samples.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
-pub(super) struct Keys(pub(super) [f32; LANES]);
+pub struct Keys(pub [f32; LANES]);
 
 /// Eight ids of samples.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
-pub(super) struct Ids(pub(super) [u32; LANES]);
+pub struct Ids(pub [u32; LANES]);
 
 /// Groups of samples in a tile. Blocks follow each other row by row, in them the pixels row by row.
 pub(super) const fn groups_in_tile(samples: usize) -> usize {
@@ -38,16 +38,16 @@ pub(super) const fn groups_in_tile(samples: usize) -> usize {
 
 /// A tile of the picture.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TilePlace {
+pub struct TilePlace {
     /// Its first pixel column and row.
-    pub(super) pixel: [i32; 2],
+    pub pixel: [i32; 2],
     /// The same from the picture's centre.
-    pub(super) from_center: [i32; 2],
+    pub from_center: [i32; 2],
 }
 
 /// The pixels of a tile in which triangles may be drawn.
 #[derive(Clone, Copy)]
-pub(super) struct StencilMask<'a> {
+pub struct StencilMask<'a> {
     /// A label a sample.
     pub(super) labels: &'a [Ids],
     /// Draw where the label is this.
@@ -57,9 +57,11 @@ pub(super) struct StencilMask<'a> {
 }
 
 /// The samples of a tile in one layer.
-pub(super) struct LayerSamples<'a> {
-    pub(super) keys: &'a mut [Keys],
-    pub(super) ids: &'a mut [Ids],
+pub struct LayerSamples<'a> {
+    /// The key of every sample: larger ones are nearer.
+    pub keys: &'a mut [Keys],
+    /// The id of every sample's triangle, or [`EMPTY`].
+    pub ids: &'a mut [Ids],
 }
 
 /// Draws those triangles of `setup` that `indices` names and that are not alpha tested, in order.
@@ -70,7 +72,7 @@ pub(super) struct LayerSamples<'a> {
         "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
     ))
 )]
-pub(super) fn draw_triangles(
+pub fn draw_triangles(
     pattern: &Pattern,
     place: &TilePlace,
     setup: &[SetupTriangle],
@@ -83,7 +85,7 @@ pub(super) fn draw_triangles(
 
 /// [`draw_triangles`] for the instruction set of the caller.
 #[inline(always)]
-pub(super) fn draw_triangles_portably(
+pub fn draw_triangles_portably(
     pattern: &Pattern,
     place: &TilePlace,
     setup: &[SetupTriangle],

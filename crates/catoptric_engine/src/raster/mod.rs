@@ -15,14 +15,21 @@ mod samples;
 mod scene_list;
 mod setup;
 pub mod source;
-#[cfg(test)]
-mod tests;
 mod tile;
 
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 pub use samples::{SAMPLE_COUNTS, sample_positions};
 pub use scene_list::{LookShader, SceneShader, ShadingRequest, scene_draw_list};
 pub use scene_list::{is_seen_from_behind, patch_of_triangle, shade_looks};
+#[doc(hidden)]
+pub use {
+    attributes::barycentrics,
+    kernel::{
+        BLOCK, EMPTY, Ids, Keys, LayerSamples, StencilMask, TILE, TilePlace, draw_triangles, draw_triangles_portably,
+    },
+    samples::Pattern,
+    setup::{PictureSetup, SetupOutcome, SetupTriangle, set_up},
+};
 
 use crate::error::RenderError;
 use bin::{Bins, TileGrid, bin};
@@ -32,10 +39,8 @@ use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress, Silent};
 use catoptric_core::scene::{PicturePoint, View};
 use glam::Vec2;
-use kernel::TILE;
 use plan::Plan;
-use samples::Pattern;
-use setup::{MAX_PICTURE_PX, PictureSetup};
+use setup::MAX_PICTURE_PX;
 use source::{LayerSource, ListsAlone};
 use std::sync::{Mutex, PoisonError};
 use tile::{TileReport, TileScratch, TileWork};

@@ -44,19 +44,19 @@ pub fn sample_positions(samples: u32) -> Result<&'static [Vec2], RenderError> {
 ///
 /// The samples of a pixel follow each other, those of the next pixel come after them.
 #[derive(Clone, Debug)]
-pub(super) struct Pattern {
+pub struct Pattern {
     /// Samples a pixel.
-    pub(super) samples: usize,
+    pub samples: usize,
     /// Its binary logarithm.
     pub(super) samples_log2: u32,
     /// Different patterns of offsets: 2 where a group is half a pixel, else 1.
-    pub(super) halves: usize,
+    pub halves: usize,
     /// Offsets of a group's samples from the corner of its first pixel, in sixteenths of a pixel.
-    pub(super) x: [[i32; LANES]; 2],
+    pub x: [[i32; LANES]; 2],
     /// The same along y.
-    pub(super) y: [[i32; LANES]; 2],
+    pub y: [[i32; LANES]; 2],
     /// The sample positions within a pixel.
-    pub(super) positions: &'static [Vec2],
+    pub positions: &'static [Vec2],
     /// The samples in each quarter of a pixel, as bits.
     pub(super) quarters: [u32; 4],
     /// Smallest and largest offset of a sample in its pixel, in sixteenths of a pixel.
@@ -67,7 +67,7 @@ pub(super) struct Pattern {
 
 impl Pattern {
     /// The pattern of a number of samples a pixel.
-    pub(super) fn new(samples: u32) -> Result<Self, RenderError> {
+    pub fn new(samples: u32) -> Result<Self, RenderError> {
         let positions = sample_positions(samples)?;
         let pattern = SAMPLE_PATTERNS[samples.trailing_zeros() as usize];
         let count = pattern.len();
@@ -98,51 +98,5 @@ impl Pattern {
             extent_x: extent(0),
             extent_y: extent(1),
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn patterns_are_spread_over_the_pixel() {
-        for samples in SAMPLE_COUNTS {
-            let positions = sample_positions(samples).unwrap();
-            assert_eq!(positions.len(), samples as usize);
-            let mean = positions.iter().sum::<Vec2>() / samples as f32;
-            assert!((mean - Vec2::splat(0.5)).abs().max_element() < 0.05, "{samples}: {mean}");
-            for (axis, name) in [(0, "x"), (1, "y")] {
-                let mut coordinates: Vec<i32> = positions.iter().map(|p| (p[axis] * 16.0) as i32).collect();
-                coordinates.sort_unstable();
-                coordinates.dedup();
-                assert_eq!(coordinates.len(), samples as usize, "{samples}: two samples share {name}");
-            }
-        }
-    }
-
-    #[test]
-    fn other_counts_are_refused_by_name() {
-        for samples in [0, 3, 5, 32, u32::MAX] {
-            let message = sample_positions(samples).unwrap_err().to_string();
-            assert!(message.contains("1, 2, 4, 8 and 16"), "{message}");
-        }
-    }
-
-    #[test]
-    fn lanes_hold_every_sample_of_their_pixels() {
-        for samples in SAMPLE_COUNTS {
-            let pattern = Pattern::new(samples).unwrap();
-            for group in 0..8 * pattern.samples / LANES {
-                for lane in 0..LANES {
-                    let index = group * LANES + lane;
-                    let (pixel, sample) = (index / pattern.samples, index % pattern.samples);
-                    let first = group * LANES / pattern.samples;
-                    let x = first as f32 + pattern.x[group & (pattern.halves - 1)][lane] as f32 / 16.0;
-                    let y = pattern.y[group & (pattern.halves - 1)][lane] as f32 / 16.0;
-                    assert_eq!(Vec2::new(x, y), pattern.positions[sample] + Vec2::new(pixel as f32, 0.0));
-                }
-            }
-        }
     }
 }

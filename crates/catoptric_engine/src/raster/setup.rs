@@ -16,7 +16,7 @@ pub(super) const MAX_PICTURE_PX: u32 = 16_384;
 
 /// Constants of a picture, the same for all its triangles.
 #[derive(Clone, Debug)]
-pub(super) struct PictureSetup {
+pub struct PictureSetup {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) pattern: Pattern,
@@ -25,7 +25,8 @@ pub(super) struct PictureSetup {
 }
 
 impl PictureSetup {
-    pub(super) fn new(view: &View, pattern: Pattern) -> Self {
+    /// The constants of the pictures of a view.
+    pub fn new(view: &View, pattern: Pattern) -> Self {
         let near = if view.near.is_finite() { view.near.max(f32::MIN_POSITIVE) } else { f32::MIN_POSITIVE };
         Self {
             width: view.width,
@@ -45,7 +46,7 @@ impl PictureSetup {
 
 /// A triangle (or a piece of a clipped one), ready to be drawn.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SetupTriangle {
+pub struct SetupTriangle {
     /// Corners in fixed point from the centre of the picture; the inside is on the positive side of every edge.
     pub(super) corners: [[i32; 2]; 3],
     /// The number of the triangle in the picture, over all lists.
@@ -124,7 +125,7 @@ impl SetupPoint {
 
 /// The result of setting up a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum SetupOutcome {
+pub enum SetupOutcome {
     /// Nothing of it is in the picture, or it is degenerate or not finite.
     Culled,
     /// It was drawn whole.
@@ -135,7 +136,7 @@ pub(super) enum SetupOutcome {
 
 /// Makes the triangles to be drawn for one triangle and hands them to `emit`.
 #[inline]
-pub(super) fn set_up(
+pub fn set_up(
     frame: &PictureSetup,
     points: [&PicturePoint; 3],
     clip_distances: [f32; 3],

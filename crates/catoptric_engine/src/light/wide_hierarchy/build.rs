@@ -48,12 +48,8 @@ impl WideHierarchy {
 
     /// The hierarchy for rays alone: analytic surfaces stand for themselves, large triangles in several leaves, and
     /// more time is taken. Triangles without extent are left out; those of objects for which `is_tested` is true have
-    /// the bit [`ALPHA_TESTED`].
-    pub(crate) fn build_for_rays(
-        scene: &Scene,
-        include: impl Fn(u32) -> bool,
-        is_tested: impl Fn(u32) -> bool,
-    ) -> Self {
+    /// the bit `1 << 30`.
+    pub fn build_for_rays(scene: &Scene, include: impl Fn(u32) -> bool, is_tested: impl Fn(u32) -> bool) -> Self {
         let (mut triangles, mut primitives, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
         let mut flat = Vec::new();
         for (index, object) in scene.objects.iter().enumerate().filter(|(index, _)| include(*index as u32)) {

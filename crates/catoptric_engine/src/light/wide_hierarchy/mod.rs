@@ -176,8 +176,7 @@ impl WideHierarchy {
     }
 
     /// The number of places of triangles and surfaces in leaves.
-    #[cfg(test)]
-    pub(crate) fn place_count(&self) -> usize {
+    pub fn place_count(&self) -> usize {
         let children = self.nodes.iter().flat_map(|node| node.children);
         let surfaces = children.filter(|&child| child != NONE && child & (LEAF | SURFACE) == SURFACE).count();
         let triangles = self.blocks.iter().flat_map(|block| block.triangles);
@@ -188,6 +187,3 @@ impl WideHierarchy {
 fn corners_of(scene: &Scene, triangle: u32) -> [Vec3; 3] {
     scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize])
 }
-
-#[cfg(test)]
-mod tests;

@@ -276,10 +276,11 @@ pub(crate) type TriangleCorners = [[f32; 3]; 3];
 #[derive(Clone, Copy)]
 pub struct PlaneMet {
     /// Within the triangle.
-    pub(crate) inside: bool,
-    pub(crate) distance: f32,
+    pub inside: bool,
+    /// The distance from the origin, in lengths of the direction.
+    pub distance: f32,
     /// Weights of the second and third corner.
-    pub(crate) weights: [f32; 2],
+    pub weights: [f32; 2],
 }
 
 /// Whether a ray from `[0]` along `[1]` meets a triangle, from either side, and where.

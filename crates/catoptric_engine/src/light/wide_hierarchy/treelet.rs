@@ -26,7 +26,7 @@ pub struct Beam<const SIDES: usize> {
 
 impl Beam<4> {
     /// The beam through the rectangle of a picture between two corners, in pixels.
-    pub(crate) fn through(view: &ViewRays, low: Vec2, high: Vec2) -> Self {
+    pub fn through(view: &ViewRays, low: Vec2, high: Vec2) -> Self {
         let (low, high) = (low - MARGIN_PX, high + MARGIN_PX);
         let corners = [low, Vec2::new(high.x, low.y), high, Vec2::new(low.x, high.y)];
         let rays = corners.map(|at| view.ray(at.x, at.y));
@@ -137,10 +137,10 @@ pub struct Treelet {
 }
 
 impl Treelet {
-    /// The nearest primitive at a distance of at least `near`: [`WideHierarchy::nearest_of_all`] for a ray of the beam.
+    /// The nearest primitive at a distance of at least `near` along a ray of the beam, as in the whole hierarchy.
     /// `None` in the outer option: the whole hierarchy must be asked.
     #[inline(always)]
-    pub(crate) fn nearest<S: SignBits>(
+    pub fn nearest<S: SignBits>(
         &self,
         hierarchy: &WideHierarchy,
         ray: &Ray,
@@ -206,7 +206,7 @@ impl Treelet {
 impl WideHierarchy {
     /// Finds the leaves that a beam may meet.
     #[inline(always)]
-    pub(crate) fn gather<S: SignBits, const SIDES: usize>(&self, beam: &Beam<SIDES>, treelet: &mut Treelet) {
+    pub fn gather<S: SignBits, const SIDES: usize>(&self, beam: &Beam<SIDES>, treelet: &mut Treelet) {
         let Treelet { groups, waiting, leaves, overflows } = treelet;
         groups.clear();
         waiting.clear();

@@ -488,6 +488,3 @@ impl LightStep {
         Some(Deferred { own, reflectance: self.reflectance, attenuation })
     }
 }
-
-#[cfg(test)]
-mod tests;

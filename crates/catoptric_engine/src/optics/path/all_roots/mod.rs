@@ -10,8 +10,6 @@
 
 mod constraint;
 mod cover;
-#[cfg(test)]
-mod tests;
 
 use super::bundle::{BounceKind, Eye};
 use catoptric_core::surface::PlacedSurface;

@@ -4,9 +4,6 @@ mod exact;
 mod mesh;
 mod topology;
 
-#[cfg(test)]
-pub(crate) mod tests;
-
 use catoptric_core::scene::hit::{Hit, PrimitiveHit};
 use catoptric_core::scene::{Ray, Role, Scene};
 use catoptric_core::surface::patch::SurfacePatch;

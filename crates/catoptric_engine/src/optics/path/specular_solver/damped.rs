@@ -1,6 +1,6 @@
 //! Damped least squares on the specular constraint, for where Newton's method fails.
 
-use super::{BounceConstraint, Linearised, Problem, inverted, largest};
+use super::{Linearised, Problem, inverted, largest, sum_of_squares};
 use crate::optics::path::manifold::{ManifoldFrame, ManifoldVertex};
 use glam::{DMat2, DVec2};
 
@@ -17,7 +17,6 @@ impl<const N: usize> Problem<'_, N> {
         let start = self.at[0].1.position;
         let is_within =
             |at: &[(ManifoldVertex, ManifoldFrame); N]| at[0].1.position.distance_squared(start) <= reach * reach;
-        let square = |constraints: &[BounceConstraint; N]| constraints.iter().map(|one| one.across2).sum::<f64>();
         let mut damping = FIRST_DAMPING;
         let (mut residual, mut earlier) = (largest(&self.constraints), [f64::INFINITY; 4]);
         while residual > tolerance && *steps < max_steps && residual < MIN_DESCENT * earlier[3] {
@@ -28,7 +27,7 @@ impl<const N: usize> Problem<'_, N> {
             let next = self.stepped(&step, share).filter(is_within);
             let next = next.and_then(|at| self.constraints_at(&at).map(|constraints| (at, constraints)));
             match next {
-                Some((at, constraints)) if square(&constraints) < square(&self.constraints) => {
+                Some((at, constraints)) if sum_of_squares(&constraints) < self.square() => {
                     (self.at, self.constraints) = (at, constraints);
                     damping *= 0.1;
                 }
@@ -41,7 +40,7 @@ impl<const N: usize> Problem<'_, N> {
 
     /// Levenberg and Marquardt's step: least squares of the linearised constraints and, with weight `damping` (of
     /// the largest diagonal entry), of the step itself.
-    pub(super) fn damped_step(&self, damping: f64) -> Option<[DVec2; N]> {
+    pub fn damped_step(&self, damping: f64) -> Option<[DVec2; N]> {
         let rows: [Linearised; N] = std::array::from_fn(|k| self.linearised(k));
         let block = |k: usize, column: usize| match (column + 1).checked_sub(k) {
             Some(0) => rows[k].before,

@@ -211,7 +211,8 @@ struct Linearised {
 }
 
 /// A path on its way to a solution.
-struct Problem<'a, const N: usize> {
+#[doc(hidden)]
+pub struct Problem<'a, const N: usize> {
     surfaces: &'a SpecularSurfaces<'a>,
     eye: &'a Eye,
     point: DVec3,
@@ -225,7 +226,13 @@ struct Problem<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Problem<'a, N> {
-    fn new(surfaces: &'a SpecularSurfaces<'a>, eye: &'a Eye, point: DVec3, path: &PathSites) -> Option<Problem<'a, N>> {
+    /// The path as it stands; returns `None` if it has no constraint.
+    pub fn new(
+        surfaces: &'a SpecularSurfaces<'a>,
+        eye: &'a Eye,
+        point: DVec3,
+        path: &PathSites,
+    ) -> Option<Problem<'a, N>> {
         let bounces: [Bounce; N] = path.bounces.get(..N)?.try_into().ok()?;
         let mut at = [(ManifoldVertex::default(), ManifoldFrame::default()); N];
         for k in 0..N {
@@ -291,6 +298,24 @@ impl<'a, const N: usize> Problem<'a, N> {
     fn residual(&self) -> Option<f64> {
         let residual = largest(&self.constraints);
         residual.is_finite().then_some(residual)
+    }
+
+    /// The sum of the squares of the constraints.
+    #[inline]
+    pub fn square(&self) -> f64 {
+        sum_of_squares(&self.constraints)
+    }
+
+    /// The same after a step; returns `None` if it leaves a surface.
+    pub fn square_after(&self, step: &[DVec2; N]) -> Option<f64> {
+        let at = self.stepped(step, 1.0)?;
+        self.constraints_at(&at).map(|constraints| sum_of_squares(&constraints))
+    }
+
+    /// Returns true if Newton's method alone finds a path of the right branch.
+    pub fn is_solved_by_newton(mut self, max_steps: u32, tolerance: f64) -> bool {
+        self.newton(max_steps, &mut 0, tolerance, f64::INFINITY);
+        largest(&self.constraints) <= tolerance && self.is_consistent()
     }
 
     /// Newton's method, and damped steps where it fails.
@@ -379,7 +404,7 @@ impl<'a, const N: usize> Problem<'a, N> {
 
     /// The step to where the linearised constraints vanish.
     #[inline]
-    fn newton_step(&self) -> Option<[DVec2; N]> {
+    pub fn newton_step(&self) -> Option<[DVec2; N]> {
         // Forward elimination: row k then reads u[k] + over[k] u[k + 1] = right[k].
         let mut over = [DMat2::ZERO; N];
         let mut right = [DVec2::ZERO; N];
@@ -404,7 +429,7 @@ impl<'a, const N: usize> Problem<'a, N> {
     /// part of the step leaves a surface.
     #[inline]
     fn advance(&mut self, step: &[DVec2; N]) -> Option<bool> {
-        let before: f64 = self.constraints.iter().map(|constraint| constraint.across2).sum();
+        let before = self.square();
         let was_on_branch = self.constraints.iter().all(|constraint| constraint.on_branch);
         let mut share = self.trusted_share(step);
         let mut stayed = false;
@@ -412,7 +437,7 @@ impl<'a, const N: usize> Problem<'a, N> {
             if let Some(at) = self.stepped(step, share) {
                 stayed = true;
                 if let Some(constraints) = self.constraints_at(&at) {
-                    let after: f64 = constraints.iter().map(|constraint| constraint.across2).sum();
+                    let after = sum_of_squares(&constraints);
                     let is_on_branch = constraints.iter().all(|constraint| constraint.on_branch);
                     if after < before && (is_on_branch || !was_on_branch) {
                         (self.at, self.constraints) = (at, constraints);
@@ -475,6 +500,11 @@ impl<'a, const N: usize> Problem<'a, N> {
     }
 }
 
+#[inline]
+fn sum_of_squares<const N: usize>(constraints: &[BounceConstraint; N]) -> f64 {
+    constraints.iter().map(|constraint| constraint.across2).sum()
+}
+
 fn largest<const N: usize>(constraints: &[BounceConstraint; N]) -> f64 {
     let mut largest2 = 0.0;
     for constraint in constraints {
@@ -497,6 +527,3 @@ fn inverted(matrix: &DMat2) -> Option<DMat2> {
     let inverted = DMat2::from_cols(DVec2::new(b.y, -a.y) * inverse, DVec2::new(-b.x, a.x) * inverse);
     (is_regular && inverted.is_finite()).then_some(inverted)
 }
-
-#[cfg(test)]
-pub(crate) mod tests;

@@ -1,7 +1,7 @@
 //! Focal points along solved paths against Coddington's equations.
 
 use super::*;
-use crate::optics::path::bundle::OutgoingRays;
+use catoptric_engine::optics::path::bundle::OutgoingRays;
 
 #[test]
 fn focal_points_off_the_axis_obey_coddington() {

@@ -1,8 +1,8 @@
 //! Triangles that are parts of one surface.
 
 use super::*;
-use crate::raster::RasterReport;
 use catoptric_core::progress::Silent;
+use catoptric_engine::raster::RasterReport;
 use std::sync::Mutex;
 
 fn with_patch(mut list: DrawList, patch: impl Fn(u32) -> u32) -> DrawList {
@@ -16,7 +16,7 @@ fn with_patch(mut list: DrawList, patch: impl Fn(u32) -> u32) -> DrawList {
 fn drawn(list: DrawList, samples: u32) -> (RasterReport, Framebuffer) {
     let view = view(64, 64, true);
     let mut target = Framebuffer::new(view.width, view.height);
-    let report = draw(&view, samples, &[list], &Paint(coverage), &mut target, &Silent).unwrap();
+    let report = draw(&view, samples, &[list], &Paint(coverage), &mut target, &Silent).expect("the count is supported");
     (report, target)
 }
 

@@ -1,15 +1,13 @@
 //! Coverage of samples by triangles.
 
-use super::super::kernel::{
-    BLOCK, EMPTY, Ids, Keys, LayerSamples, TILE, TILE_BLOCKS, TilePlace, draw_triangles, draw_triangles_portably,
-    groups_in_tile,
-};
-use super::super::samples::{Pattern, SAMPLE_COUNTS};
-use super::super::setup::{PictureSetup, SetupTriangle, set_up};
 use super::*;
 use catoptric_core::math::lanes::LANES;
 use catoptric_core::math::random::Stream;
 use catoptric_core::tone::Display;
+use catoptric_engine::raster::{
+    BLOCK, EMPTY, Ids, Keys, LayerSamples, Pattern, PictureSetup, SAMPLE_COUNTS, SetupTriangle, TILE, TilePlace,
+    draw_triangles, draw_triangles_portably, set_up,
+};
 
 const SIZE: u32 = TILE as u32;
 
@@ -21,7 +19,7 @@ struct TileSamples {
 
 impl TileSamples {
     fn new(samples: u32) -> Self {
-        let groups = groups_in_tile(samples as usize);
+        let groups = TILE * TILE * samples as usize / LANES;
         Self { keys: vec![Keys([f32::NEG_INFINITY; LANES]); groups], ids: vec![Ids([EMPTY; LANES]); groups] }
     }
 
@@ -42,7 +40,7 @@ fn set_up_all(frame: &PictureSetup, list: &DrawList) -> Vec<SetupTriangle> {
 const PLACE: TilePlace = TilePlace { pixel: [0, 0], from_center: [-(SIZE as i32) / 2, -(SIZE as i32) / 2] };
 
 fn draw_one_by_one(samples: u32, list: &DrawList, mut each: impl FnMut(&TileSamples)) {
-    let pattern = Pattern::new(samples).unwrap();
+    let pattern = Pattern::new(samples).expect("the count is supported");
     let frame = PictureSetup::new(&view(SIZE, SIZE, true), pattern.clone());
     let setup = set_up_all(&frame, list);
     for index in 0..setup.len() as u32 {
@@ -216,8 +214,8 @@ fn visible_triangles_are_those_that_rays_meet() {
         for (index, id) in result.ids().iter().enumerate() {
             let (pixel, sample) = (index / samples as usize, index % samples as usize);
             let (block, pixel) = (pixel / (BLOCK * BLOCK), pixel % (BLOCK * BLOCK));
-            let column = block % TILE_BLOCKS * BLOCK + pixel % BLOCK;
-            let row = block / TILE_BLOCKS * BLOCK + pixel / BLOCK;
+            let column = block % (TILE / BLOCK) * BLOCK + pixel % BLOCK;
+            let row = block / (TILE / BLOCK) * BLOCK + pixel / BLOCK;
             let position = pattern.positions[sample] + Vec2::new(column as f32, row as f32);
             let expected = nearest(position.x as f64, position.y as f64);
             let reach = 1.0 / 200.0;

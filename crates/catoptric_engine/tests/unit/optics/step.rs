@@ -1,5 +1,12 @@
-use super::*;
-use catoptric_core::scene::Blend;
+//! Light at a surface: Fresnel factors, directions and their changes, attenuation.
+
+use catoptric_core::scene::{Attenuation, Blend, Material, Role};
+use catoptric_engine::optics::path::bundle::BounceKind;
+use catoptric_engine::optics::step::{
+    Facing, LightStep, crossed_medium, fresnel_dielectric, fresnel_schlick, medium_after, reflect, refract,
+    relative_index, transmittance,
+};
+use glam::{Vec3, Vec4Swizzles};
 
 /// The unit direction that arrives at this angle on a surface whose outer normal is +y.
 fn arriving(angle: f32) -> Vec3 {

@@ -1,16 +1,18 @@
-//! Tests of the rasteriser as a whole.
+//! The rasteriser as a whole, and its parts.
 
 mod attributes;
 mod coverage;
+mod id_map;
 mod layers;
 mod patches;
 mod pieces;
 mod robustness;
+mod samples;
 
-use super::{DrawList, DrawTriangle, Fragment, FragmentShader, draw};
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::Silent;
 use catoptric_core::scene::{PicturePoint, Projection, View};
+use catoptric_engine::raster::{DrawList, DrawTriangle, Fragment, FragmentShader, draw};
 use glam::{Affine3A, DVec3, Vec2, Vec3};
 
 /// A view from the origin along -z with y up; perspective ones have a vertical field of view of 60 degrees,
@@ -60,7 +62,7 @@ impl<F: Fn(&Fragment<'_>) -> Vec3 + Sync> FragmentShader for Paint<F> {
 /// The picture of lists with a shader that is a function.
 fn picture(view: &View, samples: u32, lists: &[DrawList], shade: impl Fn(&Fragment<'_>) -> Vec3 + Sync) -> Framebuffer {
     let mut target = Framebuffer::new(view.width, view.height);
-    draw(view, samples, lists, &Paint(shade), &mut target, &Silent).unwrap();
+    draw(view, samples, lists, &Paint(shade), &mut target, &Silent).expect("the count is supported");
     target
 }
 

@@ -1,9 +1,13 @@
-use super::rays::meet_block;
-use super::*;
+//! Hierarchies against all triangles, one by one.
+
 use catoptric_core::math::random::Stream;
-use catoptric_core::scene::Material;
-use catoptric_core::scene::Ray;
 use catoptric_core::scene::model::{LocalTransform, MeshAsset, Model, Node, Primitive};
+use catoptric_core::scene::{Camera, Material, Projection, Ray, Scene, View};
+use catoptric_engine::light::wide_hierarchy::{
+    Beam, NO_TRIANGLE, Portable, PrimitiveMet, Treelet, TriangleBlock, TriangleHit, Visitor, WideHierarchy, WideNode,
+    meet,
+};
+use glam::{Vec2, Vec3};
 
 /// Triangles of all sizes, those of two objects, the second of them moved.
 fn scene(shift: Vec3) -> Scene {
@@ -36,13 +40,12 @@ fn rays() -> impl Iterator<Item = Ray> {
 /// The nearest of all triangles, tested one by one.
 fn nearest_of_all(scene: &Scene, ray: &Ray) -> Option<TriangleHit> {
     let mut best: Option<TriangleHit> = None;
-    for triangle in 0..scene.triangles.len() as u32 {
-        let mut block = TriangleBlock::EMPTY;
-        block.set(0, corners_of(scene, triangle), triangle);
-        let hits = meet_block::<Portable>(&block, ray, 0.0, best.map_or(f32::INFINITY, |best| best.distance));
-        if hits.lanes & 1 != 0 {
-            let barycentrics = Vec2::new(hits.weights[0][0], hits.weights[1][0]);
-            best = Some(TriangleHit { distance: hits.distances[0], triangle, barycentrics });
+    for (triangle, vertices) in (0..).zip(&scene.triangles) {
+        let corners = vertices.map(|vertex| scene.positions[vertex as usize].to_array());
+        let met = meet(corners, [ray.origin.to_array(), ray.direction.to_array()]);
+        if met.inside && met.distance >= 0.0 && met.distance < best.map_or(f32::INFINITY, |best| best.distance) {
+            let barycentrics = Vec2::from_array(met.weights);
+            best = Some(TriangleHit { distance: met.distance, triangle, barycentrics });
         }
     }
     best
@@ -68,6 +71,29 @@ fn the_nearest_triangle_is_that_of_all_triangles_also_after_a_refit() {
     assert!(hits > 1000, "{hits}");
 }
 
+/// The triangles of all leaves.
+struct Seen(Vec<u32>);
+
+impl Visitor for Seen {
+    fn children(&self, _: &WideNode) -> u32 {
+        0xff
+    }
+
+    fn leaf(&mut self, block: &TriangleBlock) -> bool {
+        self.0.extend(block.triangles.into_iter().filter(|triangle| *triangle != NO_TRIANGLE));
+        true
+    }
+}
+
+/// The triangles that a walk through all leaves comes by, in order of their numbers.
+fn walked(hierarchy: &WideHierarchy) -> Vec<u32> {
+    let mut visitor = Seen(Vec::new());
+    hierarchy.walk(&mut Vec::new(), &mut visitor);
+    let Seen(mut seen) = visitor;
+    seen.sort_unstable();
+    seen
+}
+
 /// Triangles on a line are in no hierarchy; one that opens later is missed by none.
 #[test]
 fn triangles_without_extent_are_left_out_until_they_open() {
@@ -85,32 +111,20 @@ fn triangles_without_extent_are_left_out_until_they_open() {
     };
     let on_a_line = flat(Vec3::ZERO);
     let mut hierarchy = WideHierarchy::build(&on_a_line, |object| object == 1);
-    assert!(hierarchy.nodes.is_empty() && hierarchy.flat.len() == 1000);
+    // The numbers of those left out are all that it holds.
+    assert!(walked(&hierarchy).is_empty());
+    assert_eq!(hierarchy.byte_count(), 1000 * size_of::<u32>() as u64);
     assert!(hierarchy.refit(&on_a_line));
     let open = flat(Vec3::X * 1e-3);
     assert!(!hierarchy.refit(&open));
-    assert!(WideHierarchy::build(&open, |object| object == 1).flat.is_empty());
+    assert_eq!(walked(&WideHierarchy::build(&open, |object| object == 1)), (1400..2400).collect::<Vec<u32>>());
 }
 
 #[test]
 fn walks_come_by_every_triangle_once() {
     let scene = scene(Vec3::ONE);
     let hierarchy = WideHierarchy::build(&scene, |object| object == 1);
-    struct Seen(Vec<u32>);
-    impl Visitor for Seen {
-        fn children(&self, _: &WideNode) -> u32 {
-            0xff
-        }
-        fn leaf(&mut self, block: &TriangleBlock) -> bool {
-            self.0.extend(block.triangles.into_iter().filter(|triangle| *triangle != NO_TRIANGLE));
-            true
-        }
-    }
-    let mut visitor = Seen(Vec::new());
-    hierarchy.walk(&mut Vec::new(), &mut visitor);
-    let Seen(mut seen) = visitor;
-    seen.sort_unstable();
-    assert_eq!(seen, (700..1400).collect::<Vec<u32>>());
+    assert_eq!(walked(&hierarchy), (700..1400).collect::<Vec<u32>>());
 }
 
 #[test]
@@ -122,7 +136,6 @@ fn nothing_is_met_where_there_is_nothing() {
 
 #[test]
 fn rays_of_a_beam_meet_among_its_leaves_what_they_meet_among_all() {
-    use catoptric_core::scene::{Camera, Projection, View};
     let scene = scene(Vec3::ONE);
     let hierarchy = WideHierarchy::build_for_rays(&scene, |_| true, |_| false);
     let (mut gathered, mut hits, mut treelet) = (0, 0, Treelet::default());

@@ -1,11 +1,10 @@
 //! Input that is huge, degenerate or not a number; odd pictures; threads.
 
-use super::super::samples::SAMPLE_COUNTS;
-use super::super::{Branch, Stencil};
 use super::*;
-use crate::error::RenderError;
 use catoptric_core::math::random::Stream;
 use catoptric_core::progress::Silent;
+use catoptric_engine::error::RenderError;
+use catoptric_engine::raster::{Branch, SAMPLE_COUNTS, Stencil};
 
 #[test]
 fn broken_triangles_are_skipped_without_harm() {
@@ -144,7 +143,8 @@ fn threads_do_not_change_the_picture() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             picture(&view, 8, &lists, |fragment| {
-                let sum = |f: &dyn Fn(&super::super::LayerSurface) -> f32| fragment.chain.iter().map(f).sum();
+                let sum =
+                    |f: &dyn Fn(&catoptric_engine::raster::LayerSurface) -> f32| fragment.chain.iter().map(f).sum();
                 Vec3::new(sum(&|s| s.source as f32), sum(&|s| s.barycentrics.value.x), sum(&|s| s.barycentrics.dx.y))
             })
         })

@@ -1,9 +1,12 @@
+//! All roots: reflections and refractions of spheres and planes in closed form, and by dense scans.
+
 mod dense;
 
-use super::*;
 use catoptric_core::math::random::Stream;
-use catoptric_core::surface::AnalyticSurface;
-use glam::{Affine3A, DVec2, Quat};
+use catoptric_core::surface::{AnalyticSurface, PlacedSurface};
+use catoptric_engine::optics::path::all_roots::{RootCount, RootFinder};
+use catoptric_engine::optics::path::bundle::{BounceKind, Eye};
+use glam::{Affine3A, DVec2, DVec3, Quat};
 
 const RADIUS: f64 = 1.25;
 

@@ -1,7 +1,7 @@
 //! Paths over triangle meshes: the hit point on the flat triangle, the direction from the interpolated normal.
 
 use super::*;
-use crate::optics::path::manifold::tests::{flat_grid, grid, mesh_scene};
+use crate::optics::path::manifold::{flat_grid, grid, mesh_scene};
 use catoptric_core::surface::sphere_mesh;
 
 /// The point of a triangle and the normal interpolated there, by their definitions.

@@ -1,9 +1,9 @@
 //! Triangles that are pieces of their source.
 
-use super::super::LayerSurface;
 use super::*;
 use catoptric_core::math::random::Stream;
 use catoptric_core::progress::Silent;
+use catoptric_engine::raster::LayerSurface;
 use glam::Vec4;
 
 /// Every triangle cut into four at the middles of its sides (in space), as pieces of it.

@@ -1,15 +1,19 @@
+//! Newton's method on specular paths: closed forms, laws of optics, odd input.
+
 mod alhazen;
 mod damped;
 mod focal;
 mod laws;
 mod meshes;
 
-use super::*;
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::{Material, Scene};
 use catoptric_core::surface::AnalyticSurface;
+use catoptric_engine::optics::path::bundle::{Bounce, BounceKind, Eye};
+use catoptric_engine::optics::path::manifold::{ManifoldVertex, SpecularSurfaces};
+use catoptric_engine::optics::path::specular_solver::{MAX_BOUNCES, PathSites, Problem, bundle_of, residual, solve};
 use catoptric_testkit::scenes::{random_vector as vector, scene_of};
-use glam::{Affine3A, Quat, Vec3};
+use glam::{Affine3A, DVec2, DVec3, Quat, Vec3};
 
 pub(super) fn mirror() -> Material {
     Material::mirror("mirror", Vec3::ONE)

@@ -1,10 +1,9 @@
 //! Layers, stencils, chains and alpha tests.
 
-use super::super::samples::SAMPLE_COUNTS;
-use super::super::{Branch, LayerSurface, Stencil};
 use super::*;
-use crate::error::RenderError;
 use catoptric_core::progress::Silent;
+use catoptric_engine::error::RenderError;
+use catoptric_engine::raster::{Branch, LayerSurface, SAMPLE_COUNTS, Stencil};
 
 /// A full picture at a depth, in a layer, with a group.
 fn full(depth: f32, layer: u32, group: u32, stencil: Option<Stencil>) -> DrawList {

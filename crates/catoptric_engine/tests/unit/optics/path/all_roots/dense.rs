@@ -42,7 +42,7 @@ fn place() -> Affine3A {
 }
 
 fn vase() -> (PlacedSurface, Parametric) {
-    let surface = AnalyticSurface::Revolution(Revolution::new(VASE_HEIGHT, VASE).unwrap());
+    let surface = AnalyticSurface::Revolution(Revolution::new(VASE_HEIGHT, VASE).expect("the surface is valid"));
     let local = |p: DVec2| {
         let [a, b, c, d] = VASE;
         let (radius, angle) = (((a * p.x + b) * p.x + c) * p.x + d, p.y * std::f64::consts::TAU);
@@ -57,7 +57,8 @@ fn dish() -> (PlacedSurface, Parametric) {
     let [radius, depth] = DISH;
     let k = depth / (radius * radius);
     let quadric = [-k, 0.0, -k, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
-    let surface = Quadric::new(quadric, [-radius, -0.1, -radius], [radius, depth, radius]).unwrap();
+    let surface =
+        Quadric::new(quadric, [-radius, -0.1, -radius], [radius, depth, radius]).expect("the surface is valid");
     let local = |p: DVec2| {
         let [radius, depth] = DISH;
         let flat = (p * 2.0 - 1.0) * radius;
@@ -107,8 +108,8 @@ impl Parametric {
             for j in 0..cells[1] {
                 let corner = i * (cells[1] + 1) + j;
                 let corners = [corner, corner + 1, corner + cells[1] + 1, corner + cells[1] + 2].map(|k| residuals[k]);
-                let low = corners.into_iter().reduce(DVec2::min).unwrap();
-                let high = corners.into_iter().reduce(DVec2::max).unwrap();
+                let low = corners.into_iter().reduce(DVec2::min).expect("there are corners");
+                let high = corners.into_iter().reduce(DVec2::max).expect("there are corners");
                 let room = high - low;
                 if (low - room).max_element() > 0.0 || (high + room).min_element() < 0.0 {
                     continue;

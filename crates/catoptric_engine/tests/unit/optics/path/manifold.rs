@@ -1,9 +1,11 @@
-use super::*;
-use crate::light::tracer::Tracer;
+//! Surfaces of specular paths: frames against differences, steps over meshes, patches of a sphere and a torus.
+
 use catoptric_core::math::random::Stream;
-use catoptric_core::scene::{Material, Object};
-use catoptric_core::surface::{AnalyticSurface, SurfaceMesh, sphere_mesh};
-use glam::{Affine3A, Quat, Vec3};
+use catoptric_core::scene::{Material, Object, Ray, Scene};
+use catoptric_core::surface::{AnalyticSurface, PlacedSurface, SurfaceMesh, sphere_mesh};
+use catoptric_engine::light::tracer::Tracer;
+use catoptric_engine::optics::path::manifold::{ManifoldVertex, NO_TRIANGLE, SpecularSurfaces};
+use glam::{Affine3A, DVec2, DVec3, Quat, Vec3};
 
 /// A scene of one mesh.
 pub(crate) fn mesh_scene(mesh: &SurfaceMesh, material: Material) -> Scene {
@@ -292,7 +294,7 @@ fn torus_errors(cells: u32) -> [f64; 2] {
             continue;
         }
         let site = centroid_site(&scene, triangle);
-        let patch = surfaces.patch(0, &site).unwrap();
+        let patch = surfaces.patch(0, &site).expect("the surface has a patch");
         let core = |p: DVec3| DVec3::new(p.x, 0.0, p.z).normalize() * ring as f64;
         let normal_at = |p: DVec3| (p - core(p)).normalize();
         let radial = DVec3::new(site.position.x, 0.0, site.position.z).normalize();

@@ -1,9 +1,8 @@
 //! Barycentric coordinates, their derivatives, and where fragments are shaded.
 
-use super::super::attributes::barycentrics;
-use super::super::samples::SAMPLE_COUNTS;
 use super::*;
 use catoptric_core::math::random::Stream;
+use catoptric_engine::raster::{SAMPLE_COUNTS, barycentrics};
 use glam::DVec2;
 
 /// Barycentric coordinates of the second and third corner on the ray through a picture position.

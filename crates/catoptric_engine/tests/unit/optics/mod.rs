@@ -1,0 +1,4 @@
+//! Reflection and refraction, and specular paths.
+
+mod path;
+mod step;
