@@ -52,8 +52,8 @@ pub fn inferred_layers(
     let Some(about) = known.groups.get(number) else {
         return Err(limit(format!("there is no group {group}; the scene has {}", known.groups.len())));
     };
-    if viewpoint >= about.viewspace.len() {
-        return Err(limit(format!("there is no viewpoint {viewpoint}; the group has {}", about.viewspace.len())));
+    if viewpoint >= about.viewspace.count() {
+        return Err(limit(format!("there is no viewpoint {viewpoint}; the group has {}", about.viewspace.count())));
     }
     let inference = Inference { scene, settings, known: &known };
     let seen = inference.seen(number, viewpoint)?;

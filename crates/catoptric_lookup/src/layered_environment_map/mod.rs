@@ -3,16 +3,16 @@
 //!
 //! See this folder's `README.md`.
 
-mod bake;
-mod inference;
+pub(crate) mod bake;
+pub(crate) mod inference;
 mod inspect;
 mod layer_numbers;
 mod limits;
 mod lookup;
-mod mesh;
+pub(crate) mod mesh;
 mod settings;
-mod shells;
-mod textures;
+pub(crate) mod shells;
+pub(crate) mod textures;
 
 pub use inspect::{InferredLayer, inferred_layers, subdivision};
 pub use settings::{Clustering, Direct, Edges, LayeredEnvironmentMapSettings, Shells, Textures, Transfer, Viewpoints};

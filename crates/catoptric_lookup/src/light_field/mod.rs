@@ -4,13 +4,13 @@
 
 mod bake;
 mod capture;
-mod layout;
+pub(crate) mod layout;
 mod limits;
 mod paths;
 mod settings;
-mod slabs;
+pub(crate) mod slabs;
 mod stored;
-mod transfer;
+pub(crate) mod transfer;
 
 pub use settings::{Background, Compression, Disparity, Layout, LightFieldSettings, Preset, Transfer};
 

@@ -8,25 +8,26 @@ use glam::Vec3;
 const MIN_DEPTH: f32 = 0.02;
 
 /// No more regions than this: what is around each is captured. A bound on time and memory; chosen, not measured.
-const MAX_REGIONS: usize = 4;
+pub const MAX_REGIONS: usize = 4;
 
 /// More regions than this are captured with as many texels together, where nothing is baked. A bound on time and
 /// memory; chosen, not measured.
 const MAX_FULL_REGIONS: usize = 2;
 
 /// Boxes of reflectors and lenses, and who is in which.
-pub(crate) struct Regions {
-    pub(crate) boxes: Vec<Aabb>,
+pub struct Regions {
+    /// Their boxes.
+    pub boxes: Vec<Aabb>,
     /// Boxes that do not overlap and have become one all the same, because there were too many.
     pub(crate) joined: u64,
     /// Of every object of the scene.
-    pub(crate) region_of: Vec<Option<u32>>,
+    pub region_of: Vec<Option<u32>>,
 }
 
 impl Regions {
     /// The scene's region, with the reflectors and lenses in it; where it has none, a box about each of them, larger by
     /// a share of its diagonal, and one about those whose boxes overlap, or that are nearest where there are too many.
-    pub(crate) fn of(scene: &Scene, margin: f32) -> Self {
+    pub fn of(scene: &Scene, margin: f32) -> Self {
         let specular = scene.specular_objects();
         let (boxes, joined) = match scene.region {
             Some(region) => (vec![region], 0),
@@ -68,7 +69,7 @@ fn rounding(bounds: &Aabb) -> f32 {
 }
 
 /// Boxes that do not overlap, about those that do.
-fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
+pub fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
     let mut index = 0;
     while index < boxes.len() {
         match (index + 1..boxes.len()).find(|other| overlap(&boxes[index], &boxes[*other])) {
@@ -85,7 +86,7 @@ fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
 
 /// No more boxes than [`MAX_REGIONS`], of such that do not overlap: those whose union is smallest become one, with all
 /// that it reaches. The second value counts the boxes that others take in. Takes time with the square of their number.
-fn few(mut boxes: Vec<Aabb>) -> (Vec<Aabb>, u64) {
+pub fn few(mut boxes: Vec<Aabb>) -> (Vec<Aabb>, u64) {
     let mut left: Vec<bool> = vec![true; boxes.len()];
     // For each the size of the smallest union, and with which.
     let nearest = |boxes: &[Aabb], left: &[bool], one: usize| -> (f32, usize) {
@@ -125,51 +126,4 @@ fn few(mut boxes: Vec<Aabb>) -> (Vec<Aabb>, u64) {
 
 fn overlap(a: &Aabb, b: &Aabb) -> bool {
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn overlapping_boxes_become_one() {
-        let cube = |x: f32| Aabb { min: Vec3::new(x, 0.0, 0.0), max: Vec3::new(x + 1.0, 1.0, 1.0) };
-        let found = merged(vec![cube(0.0), cube(5.0), cube(1.5), cube(0.8)]);
-        assert_eq!(found.len(), 2);
-        assert!(found.contains(&Aabb { min: Vec3::ZERO, max: Vec3::new(2.5, 1.0, 1.0) }));
-    }
-
-    #[test]
-    fn the_nearest_of_many_boxes_become_one() {
-        let cube = |x: f32| Aabb { min: Vec3::new(x, 0.0, 0.0), max: Vec3::new(x + 1.0, 1.0, 1.0) };
-        let (found, joined) = few([0.0, 1.5, 10.0, 20.0, 30.0, 32.0].map(cube).to_vec());
-        assert_eq!((found.len(), joined), (4, 2));
-        assert!(found.contains(&cube(0.0).union(cube(1.5))) && found.contains(&cube(30.0).union(cube(32.0))));
-        assert_eq!(few(vec![cube(0.0), cube(3.0)]).1, 0);
-    }
-
-    #[test]
-    fn many_boxes_become_few_that_hold_them_all_and_do_not_overlap() {
-        let mut random = catoptric_core::math::random::Stream::new(5);
-        let mut cube = || {
-            let min = Vec3::from([0; 3].map(|_| random.next_between(-9.0, 9.0)));
-            Aabb { min, max: min + 0.1 }
-        };
-        let all: Vec<Aabb> = (0..2000).map(|_| cube()).collect();
-        let apart = merged(all.clone());
-        let (found, joined) = few(apart.clone());
-        assert!(found.len() <= MAX_REGIONS && joined as usize == apart.len() - found.len(), "{found:?}");
-        assert_eq!(merged(found.clone()).len(), found.len());
-        let holds = |region: &Aabb, one: &Aabb| region.contains(one.min) && region.contains(one.max);
-        assert!(all.iter().all(|one| found.iter().any(|region| holds(region, one))));
-    }
-
-    #[test]
-    fn every_reflector_of_a_scene_without_a_region_is_in_one() {
-        for name in ["sphere_room", "two_spheres", "planar_mirror", "car"] {
-            let scene = catoptric_scenes::builtin::parse(name).unwrap().pose(&Default::default()).unwrap();
-            let regions = Regions::of(&scene, 0.02);
-            assert!(scene.specular_objects().iter().all(|object| regions.region_of[*object as usize].is_some()));
-        }
-    }
 }

@@ -4,3 +4,4 @@
 mod environment_map;
 mod layered_environment_map;
 mod light_field;
+mod unit;

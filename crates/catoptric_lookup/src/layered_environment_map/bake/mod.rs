@@ -1,7 +1,7 @@
 //! Layers as work in units: one of every viewpoint, layer and face.
 
 pub(crate) mod stored;
-mod table;
+pub(crate) mod table;
 
 use super::inference::Inference;
 use super::inference::least_squares::Residual;

@@ -19,9 +19,11 @@ use std::sync::Arc;
 
 /// The shells of a part, about their centre.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct PartShells {
-    pub(crate) center: Vec3,
-    pub(crate) shells: Vec<Shell>,
+pub struct PartShells {
+    /// The centre, in world space.
+    pub center: Vec3,
+    /// All shells.
+    pub shells: Vec<Shell>,
 }
 
 /// Numbers of a shell, of any kind.
@@ -71,7 +73,7 @@ fn shell_of(words: &[u32; SHELL_WORDS]) -> Option<Shell> {
 }
 
 /// The shells of all parts as bytes: how many groups, parts and viewpoints there are, then every part.
-pub(super) fn shells_to_bytes(groups: usize, viewpoints: u32, parts: &[PartShells]) -> Vec<u8> {
+pub fn shells_to_bytes(groups: usize, viewpoints: u32, parts: &[PartShells]) -> Vec<u8> {
     let mut words = vec![groups as u32, parts.len() as u32, viewpoints];
     for PartShells { center, shells } in parts {
         words.extend(center.to_array().map(f32::to_bits));
@@ -82,7 +84,7 @@ pub(super) fn shells_to_bytes(groups: usize, viewpoints: u32, parts: &[PartShell
 }
 
 /// Groups, viewpoints and parts of [`shells_to_bytes`]; `None` for other bytes.
-fn shells_of_bytes(bytes: &[u8]) -> Option<(usize, u32, Vec<PartShells>)> {
+pub fn shells_of_bytes(bytes: &[u8]) -> Option<(usize, u32, Vec<PartShells>)> {
     let (words, []) = bytes.as_chunks::<4>() else { return None };
     let words: Vec<u32> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
     let ([groups, count, viewpoints], mut rest) = words.split_first_chunk::<HEAD_WORDS>()?;
@@ -100,7 +102,7 @@ fn shells_of_bytes(bytes: &[u8]) -> Option<(usize, u32, Vec<PartShells>)> {
 }
 
 /// The texels of a face, level after level from the finest.
-fn face_texels(layout: &TexelLayout, texels: &[LayerTexel], face: u32) -> impl Iterator<Item = LayerTexel> {
+pub fn face_texels(layout: &TexelLayout, texels: &[LayerTexel], face: u32) -> impl Iterator<Item = LayerTexel> {
     layout.levels_of(face).flat_map(|level| texels[level].iter().copied())
 }
 
@@ -247,7 +249,7 @@ fn unfit(problem: &str) -> RenderError {
 }
 
 /// A texture's texels of those of its faces.
-fn texels_of<'a>(layout: &TexelLayout, faces: impl Iterator<Item = &'a [u8]>) -> Vec<LayerTexel> {
+pub fn texels_of<'a>(layout: &TexelLayout, faces: impl Iterator<Item = &'a [u8]>) -> Vec<LayerTexel> {
     let mut texels = vec![LayerTexel::default(); layout.texel_count()];
     for (face, bytes) in faces.enumerate() {
         let mut stored = bytes.as_chunks::<TEXEL_BYTES>().0.iter();
@@ -256,48 +258,4 @@ fn texels_of<'a>(layout: &TexelLayout, faces: impl Iterator<Item = &'a [u8]>) ->
         }
     }
     texels
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shells_come_back_as_they_were() {
-        let shells = vec![
-            Shell::Around(ParallaxProxy::Infinite),
-            Shell::Around(ParallaxProxy::Box(Aabb { min: Vec3::splat(-1.5), max: Vec3::new(2.0, 3.0, 4.0) })),
-            Shell::Around(ParallaxProxy::Sphere(0.25)),
-            Shell::Around(ParallaxProxy::Cylinder { radius: 2.0, bottom: -1.0, top: 7.0 }),
-            Shell::Quad(Quad { middle: Vec3::Z, normal: Vec3::Z, right: Vec3::X, up: Vec3::Y }),
-        ];
-        let parts = vec![
-            PartShells { center: Vec3::new(1.0, -2.0, 3.0), shells: shells.clone() },
-            PartShells { center: Vec3::ZERO, shells: vec![] },
-            PartShells { center: Vec3::X, shells: shells[2..3].to_vec() },
-        ];
-        let bytes = shells_to_bytes(2, 45, &parts);
-        assert_eq!(shells_of_bytes(&bytes).unwrap(), (2, 45, parts.clone()));
-        for length in 0..bytes.len() {
-            assert_eq!(shells_of_bytes(&bytes[..length]), None, "{length}");
-        }
-        assert_eq!(shells_of_bytes(&[&bytes[..], &[0; 4]].concat()), None);
-        // Numbers that are none, kinds that there are not, other counts.
-        for (word, value) in [(3, f32::NAN.to_bits()), (6, 3), (7, 5), (0, 4), (1, u32::MAX), (6, u32::MAX)] {
-            let mut other = bytes.clone();
-            other[4 * word..4 * word + 4].copy_from_slice(&u32::to_le_bytes(value));
-            assert_eq!(shells_of_bytes(&other), None, "word {word}");
-        }
-    }
-
-    #[test]
-    fn textures_come_back_face_by_face() {
-        for layout in [TexelLayout::cube(8), TexelLayout::square(4)] {
-            let texel = |number: usize| LayerTexel::new(glam::Vec4::splat(number as f32));
-            let texels: Vec<LayerTexel> = (0..layout.texel_count()).map(texel).collect();
-            let face = |face| face_texels(&layout, &texels, face).flat_map(LayerTexel::to_bytes).collect::<Vec<u8>>();
-            let faces: Vec<Vec<u8>> = (0..layout.faces()).map(face).collect();
-            assert_eq!(texels_of(&layout, faces.iter().map(Vec::as_slice)), texels);
-        }
-    }
 }

@@ -16,7 +16,7 @@ pub(super) const DEPTHS_HEAD_BYTES: usize = 12;
 
 /// What is made at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum LayersBatch {
+pub enum LayersBatch {
     /// The shells of all layers.
     Shells,
     /// What is seen from the centre, of every layer and face of a part.
@@ -35,7 +35,7 @@ pub(super) enum LayersBatch {
 
 /// The units of a bake.
 #[derive(Clone, Debug)]
-pub(super) struct UnitTable {
+pub struct UnitTable {
     /// Of every part of every layer its faces.
     faces: Vec<Vec<u32>>,
     /// The groups, which are the first parts; another one is the layer that they share.
@@ -51,7 +51,7 @@ pub(super) struct UnitTable {
 
 impl UnitTable {
     /// Of the shells of every part, which take `shells_bytes`, and of so many viewpoints.
-    pub(super) fn new<'a>(
+    pub fn new<'a>(
         settings: &LayeredEnvironmentMapSettings,
         parts: impl Iterator<Item = Vec<&'a Shell>>,
         groups: usize,
@@ -92,7 +92,7 @@ impl UnitTable {
     }
 
     /// All batches in the order of their units.
-    fn batches(&self) -> impl Iterator<Item = LayersBatch> + '_ {
+    pub fn batches(&self) -> impl Iterator<Item = LayersBatch> + '_ {
         let parts = 0..self.faces.len();
         let surfaces = parts.clone().filter(|_| self.surface_bytes > 0).map(|part| LayersBatch::Surfaces { part });
         let viewpoints = if self.has_textures { 0..self.viewpoints } else { 0..0 };
@@ -110,7 +110,7 @@ impl UnitTable {
     }
 
     /// The batch whose first unit has a number.
-    pub(super) fn batch_at(&self, first: usize) -> Option<LayersBatch> {
+    pub fn batch_at(&self, first: usize) -> Option<LayersBatch> {
         let mut next = 0;
         let begins = |batch: &LayersBatch| {
             let start = next;
@@ -121,7 +121,7 @@ impl UnitTable {
     }
 
     /// The numbers of a batch's units: layer after layer, face after face. Empty if it has no such batch.
-    pub(super) fn units_of(&self, batch: LayersBatch) -> Range<usize> {
+    pub fn units_of(&self, batch: LayersBatch) -> Range<usize> {
         let faces_before = |part: usize| (0..part).map(|part| self.face_count(part)).sum::<usize>();
         let all_faces = faces_before(self.faces.len());
         let surfaces = if self.surface_bytes > 0 { all_faces } else { 0 };
@@ -138,7 +138,7 @@ impl UnitTable {
     }
 
     /// The units, in order.
-    pub(super) fn units(&self) -> Vec<BakeUnit> {
+    pub fn units(&self) -> Vec<BakeUnit> {
         let mut units = Vec::new();
         for batch in self.batches() {
             let (part, what, bytes) = match batch {
@@ -163,52 +163,5 @@ impl UnitTable {
             }
         }
         units
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layered_environment_map::shells::shell::Quad;
-    use catoptric_engine::light::parallax_proxy::ParallaxProxy;
-    use catoptric_engine::method::bake::batches;
-    use glam::Vec3;
-
-    #[test]
-    fn every_unit_is_where_its_batch_says() {
-        let around = Shell::Around(ParallaxProxy::Sphere(2.0));
-        let quad = Shell::Quad(Quad { middle: Vec3::Z, normal: Vec3::Z, right: Vec3::X, up: Vec3::Y });
-        for (depth, textures) in [
-            (true, Textures::Projected),
-            (true, Textures::Inferred),
-            (false, Textures::Projected),
-            (false, Textures::Inferred),
-        ] {
-            let settings = LayeredEnvironmentMapSettings { size: 8, depth, textures, ..Default::default() };
-            let parts = [vec![&around, &quad], vec![&quad], vec![&around]];
-            let table = UnitTable::new(&settings, parts.into_iter(), 2, 3, 100);
-            let units = table.units();
-            let found = batches(units.iter().map(|unit| unit.with_previous));
-            assert_eq!(found.len(), table.batches().count(), "{depth} {textures:?}");
-            for (range, batch) in found.into_iter().zip(table.batches()) {
-                assert_eq!(table.units_of(batch), range);
-                assert_eq!(table.batch_at(range.start), Some(batch));
-                let name = &units[range.start].name;
-                match batch {
-                    LayersBatch::Shells => assert_eq!(name, "shells"),
-                    LayersBatch::Surfaces { part: 2 } => assert_eq!(name, "all groups, center, layer 0, face 0"),
-                    LayersBatch::Surfaces { part } => assert!(name.starts_with(&format!("group {part}, center"))),
-                    LayersBatch::Textures { viewpoint, .. } => {
-                        assert!(name.contains(&format!("viewpoint {viewpoint}, layer 0, face 0")), "{name}");
-                    }
-                }
-            }
-            assert_eq!(table.batch_at(units.len()), None);
-            assert!(table.units_of(LayersBatch::Textures { part: 0, viewpoint: 3 }).is_empty());
-            let texels = 64 + 16 + 4 + 1;
-            let depths = if depth { 12 + 64 * 4 } else { 0 };
-            let last = if textures == Textures::Projected { depths + texels * 8 } else { texels * 8 };
-            assert_eq!(units[units.len() - 1].bytes, last);
-        }
     }
 }

@@ -13,7 +13,7 @@ const SURELY_MISSING_DEG: f32 = 5.0;
 const NONE: u32 = u32::MAX;
 
 /// Which texels of a layer's finest level pictures read, or nearly read.
-pub(crate) struct Missing<'a> {
+pub struct Missing<'a> {
     layer: &'a Layer,
     /// Of every texel one that is read and about the nearest; none: [`NONE`].
     nearest: Vec<u32>,
@@ -21,7 +21,7 @@ pub(crate) struct Missing<'a> {
 
 impl<'a> Missing<'a> {
     /// Of pictures.
-    pub(crate) fn from<'b>(layer: &'a Layer, pictures: impl IntoIterator<Item = &'b Observations>) -> Self {
+    pub fn from<'b>(layer: &'a Layer, pictures: impl IntoIterator<Item = &'b Observations>) -> Self {
         let layout = &layer.texture.layout;
         let mut missing = Self { layer, nearest: vec![NONE; layout.finest_count()] };
         let mut reached = Vec::new();
@@ -49,7 +49,7 @@ impl<'a> Missing<'a> {
     }
 
     /// From 0, where pictures read a texel, to 1, where they read nothing near it.
-    pub(crate) fn likelihood(&self, texel: u32) -> f32 {
+    pub fn likelihood(&self, texel: u32) -> f32 {
         match self.nearest.get(texel as usize) {
             Some(&NONE) => 1.0,
             Some(nearest) => (self.angle(texel, *nearest) / SURELY_MISSING_DEG).powi(2).min(1.0),
@@ -63,47 +63,5 @@ impl<'a> Missing<'a> {
         let towards = |texel: u32| shell.towards(texture.layout.middle_of(texel)).normalize_or(Vec3::X);
         // The chord is exact for small angles, where the cosine is not.
         (2.0 * (0.5 * towards(a).distance(towards(b))).min(1.0).arc_sine()).to_degrees()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layered_environment_map::inference::observations::Observation;
-    use crate::layered_environment_map::shells::shell::Shell;
-    use crate::layered_environment_map::textures::texels::TexelLayout;
-    use crate::layered_environment_map::textures::texture::LayerTexture;
-    use catoptric_core::scene::{Ray, RayDifferential};
-    use catoptric_engine::light::parallax_proxy::ParallaxProxy;
-    use catoptric_engine::optics::path::bundle::BounceKind;
-
-    #[test]
-    fn what_is_far_from_what_was_read_is_missing() {
-        let center = Vec3::new(3.0, -1.0, 2.0);
-        let layout = TexelLayout::cube(256);
-        let texture = LayerTexture { texels: Vec::new(), layout };
-        let layer = Layer { center, shell: Shell::Around(ParallaxProxy::Sphere(4.0)), distances: None, texture };
-        let towards = |direction: Vec3| Ray { origin: center, direction: direction.normalize() };
-        let observation = Observation {
-            pixel: [0, 0],
-            first: BounceKind::Reflect,
-            ray: towards(Vec3::X),
-            change: RayDifferential::default(),
-            confidence: 1.0,
-        };
-        let mut picture = Observations::default();
-        picture.list.push(observation);
-        let missing = Missing::from(&layer, [&picture]);
-        let likelihood = |degrees: f32| {
-            let (up, along) = degrees.to_radians().sin_cos();
-            missing.likelihood(layer.texel_at(&towards(Vec3::new(along, up, 0.0))).unwrap())
-        };
-        assert_eq!(likelihood(0.0), 0.0);
-        // A texel in the middle of a face is 0.45 degrees wide.
-        assert!((likelihood(2.5) - 0.25).abs() < 0.12, "{}", likelihood(2.5));
-        assert_eq!((likelihood(8.0), likelihood(180.0)), (1.0, 1.0));
-        assert_eq!(missing.likelihood(u32::MAX), 0.0, "what is beyond a square is not missing");
-        let nothing = Missing::from(&layer, []);
-        assert_eq!(nothing.likelihood(5), 1.0);
     }
 }

@@ -9,18 +9,21 @@ const PIECE: usize = 4096;
 
 /// Equations: of every one the texels with their weights, and the value that their sum should have.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Equations {
+pub struct Equations {
     /// End of each equation's terms; the next one's begin there.
     ends: Vec<u32>,
-    texels: Vec<u32>,
-    weights: Vec<f32>,
-    values: Vec<Vec4>,
+    /// The texel of every term.
+    pub texels: Vec<u32>,
+    /// The weight of every term.
+    pub weights: Vec<f32>,
+    /// The value of every equation.
+    pub values: Vec<Vec4>,
 }
 
 impl Equations {
     /// Appends an equation that counts by its square; `terms` calls with texels and weights.
     #[inline]
-    pub(crate) fn push(&mut self, confidence: f32, value: Vec4, terms: impl FnOnce(&mut dyn FnMut(u32, f32))) {
+    pub fn push(&mut self, confidence: f32, value: Vec4, terms: impl FnOnce(&mut dyn FnMut(u32, f32))) {
         let (texels, weights) = (&mut self.texels, &mut self.weights);
         terms(&mut |texel, weight| {
             if weight != 0.0 {
@@ -33,7 +36,7 @@ impl Equations {
     }
 
     /// All equations of several systems.
-    pub(crate) fn joined(systems: impl IntoIterator<Item = Self>) -> Self {
+    pub fn joined(systems: impl IntoIterator<Item = Self>) -> Self {
         let mut all = Self::default();
         for system in systems {
             let first = all.texels.len() as u32;
@@ -50,7 +53,8 @@ impl Equations {
         self.ends.len()
     }
 
-    fn range(&self, row: usize) -> std::ops::Range<usize> {
+    /// The terms of an equation.
+    pub fn range(&self, row: usize) -> std::ops::Range<usize> {
         let start = if row == 0 { 0 } else { self.ends[row - 1] };
         start as usize..self.ends[row] as usize
     }
@@ -78,24 +82,8 @@ impl Equations {
         Self { ends, texels, weights, values: Vec::new() }
     }
 
-    /// Sum of the squares of every texel's weights.
-    #[cfg(test)]
-    pub(crate) fn squares(&self, count: usize) -> Vec<f32> {
-        let mut squares = vec![0.0; count];
-        self.texels.iter().zip(&self.weights).for_each(|(texel, weight)| squares[*texel as usize] += weight * weight);
-        squares
-    }
-
-    /// Has the equations hold for texels.
-    #[cfg(test)]
-    pub(crate) fn show(&mut self, texels: &[Vec4]) {
-        let mut values = vec![Vec4::ZERO; self.len()];
-        self.times(texels, &mut values);
-        self.values = values;
-    }
-
     /// The sum of every row's terms, over `of`.
-    pub(crate) fn times(&self, of: &[Vec4], sums: &mut [Vec4]) {
+    pub fn times(&self, of: &[Vec4], sums: &mut [Vec4]) {
         parallel::for_each_chunk_mut(sums, PIECE, |piece, sums| {
             for (index, sum) in sums.iter_mut().enumerate() {
                 let range = self.range(piece * PIECE + index);
@@ -124,21 +112,22 @@ fn add(to: &mut [Vec4], of: &[Vec4], by: Vec4) {
 
 /// Residual of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Residual {
+pub struct Residual {
     /// The root of the mean square of what equations are off by, before: with the texels that were expected.
-    pub(crate) before: f64,
+    pub before: f64,
     /// The same after.
-    pub(crate) after: f64,
+    pub after: f64,
     /// Steps that were taken.
-    pub(crate) steps: u32,
+    pub steps: u32,
 }
 
 /// When the solution is near enough.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stop {
-    pub(crate) most_steps: u32,
+pub struct Stop {
+    /// This many steps were taken.
+    pub most_steps: u32,
     /// The gradient's length has become this share of what it was.
-    pub(crate) gradient: f64,
+    pub gradient: f64,
 }
 
 /// The texels that solve equations best in the sense of least squares, where each texel is also expected to have a
@@ -146,7 +135,7 @@ pub(crate) struct Stop {
 ///
 /// By preconditioned conjugate gradients on the normal equations (Hestenes, Stiefel 1952), for all four channels in one
 /// pass over the matrix, with step lengths of their own.
-pub(crate) fn solve(equations: &Equations, expected: &[Vec4], trust: f32, stop: Stop) -> (Vec<Vec4>, Residual) {
+pub fn solve(equations: &Equations, expected: &[Vec4], trust: f32, stop: Stop) -> (Vec<Vec4>, Residual) {
     let (rows, columns) = (equations.len(), expected.len());
     let by_texel = equations.transposed(columns);
     let scale = |texel: usize| {
@@ -187,82 +176,4 @@ pub(crate) fn solve(equations: &Equations, expected: &[Vec4], trust: f32, stop: 
     }
     change.iter_mut().zip(expected).for_each(|(change, expected)| *change += *expected);
     (change, Residual { before, after: mean(&off), steps })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    /// Random equations of a few texels each.
-    fn system(rows: usize, columns: usize, seed: u64, value: impl Fn(&[(u32, f32)]) -> Vec4) -> Equations {
-        let mut random = Stream::new(seed);
-        let mut equations = Equations::default();
-        for _ in 0..rows {
-            let terms: Vec<(u32, f32)> = (0..5)
-                .map(|_| {
-                    let texel = (random.next_between(0.0, columns as f32) as u32).min(columns as u32 - 1);
-                    (texel, random.next_between(0.1, 1.0))
-                })
-                .collect();
-            equations.push(1.0, value(&terms), |tap| terms.iter().for_each(|(texel, weight)| tap(*texel, *weight)));
-        }
-        equations
-    }
-
-    const STOP: Stop = Stop { most_steps: 500, gradient: 1e-6 };
-
-    #[test]
-    fn what_made_the_equations_comes_back() {
-        let mut random = Stream::new(4);
-        let texels: Vec<Vec4> = (0..200)
-            .map(|_| Vec4::new(random.next_between(0.0, 1.0), 0.5, random.next_between(0.0, 4.0), 0.0))
-            .collect();
-        let equations =
-            system(2000, 200, 1, |terms| terms.iter().map(|(texel, weight)| texels[*texel as usize] * *weight).sum());
-        let (found, residual) = solve(&equations, &[Vec4::splat(0.7); 200], 1e-7, STOP);
-        for (found, texel) in found.iter().zip(&texels) {
-            assert!((*found - *texel).abs().max_element() < 1e-3, "{found} for {texel}");
-        }
-        assert!(residual.after < 1e-3 * residual.before, "{residual:?}");
-    }
-
-    #[test]
-    fn contradictions_are_settled_as_the_normal_equations_say() {
-        let mut random = Stream::new(11);
-        let noise: Vec<f32> = (0..300).map(|_| random.next_between(-1.0, 1.0)).collect();
-        let columns = 20;
-        let equations = system(300, columns, 2, |terms| Vec4::splat(noise[(terms[0].1 * 290.0) as usize]));
-        let (trust, expected) = (0.25, vec![Vec4::splat(0.3); columns]);
-        let (found, _) = solve(&equations, &expected, trust, STOP);
-        // The gradient of the sum of squares, summed up in double precision.
-        let mut gradient: Vec<f64> =
-            found.iter().map(|value| f64::from(trust) * (f64::from(value.x) - f64::from(expected[0].x))).collect();
-        let mut largest = 0.0f64;
-        for row in 0..equations.len() {
-            let range = equations.range(row);
-            let terms = || equations.texels[range.clone()].iter().zip(&equations.weights[range.clone()]);
-            let sum: f64 =
-                terms().map(|(texel, weight)| f64::from(found[*texel as usize].x) * f64::from(*weight)).sum();
-            let off = sum - f64::from(equations.values[row].x);
-            for (texel, weight) in terms() {
-                gradient[*texel as usize] += off * f64::from(*weight);
-                largest = largest.max((off * f64::from(*weight)).abs());
-            }
-        }
-        assert!(gradient.iter().all(|value| value.abs() < 1e-4 * largest), "{gradient:?}");
-    }
-
-    #[test]
-    fn confidence_decides_between_contradictions_and_untouched_texels_keep_their_value() {
-        let mut equations = Equations::default();
-        equations.push(1.0, Vec4::splat(2.0), |tap| tap(0, 1.0));
-        equations.push(0.5, Vec4::splat(4.0), |tap| tap(0, 1.0));
-        let (found, _) = solve(&equations, &[Vec4::ZERO, Vec4::splat(9.0)], 1e-9, STOP);
-        // (2 + 4 / 4) / (1 + 1 / 4)
-        assert!((found[0] - 2.4).abs().max_element() < 1e-4, "{found:?}");
-        assert_eq!(found[1], Vec4::splat(9.0));
-        let none = solve(&Equations::default(), &[Vec4::ONE], 1e-3, STOP);
-        assert_eq!(none.0, [Vec4::ONE]);
-    }
 }

@@ -1,8 +1,8 @@
 //! Textures of layers with which pictures from viewpoints come out best (Hakura, Snyder 2001, section 4.3).
 
-mod direct;
-pub(super) mod least_squares;
-mod observations;
+pub(crate) mod direct;
+pub(crate) mod least_squares;
+pub(crate) mod observations;
 
 use super::mesh::visible::SeenSurfaces;
 use super::mesh::{self, Criteria};
@@ -38,13 +38,13 @@ const NEIGHBOUR_WEIGHT: f32 = 0.3;
 
 /// Weight of surfaces that others of their group hide, against those that a viewpoint shows: as of pictures from beside
 /// it. Chosen, not measured.
-const HIDDEN_WEIGHT: f32 = NEIGHBOUR_WEIGHT;
+pub const HIDDEN_WEIGHT: f32 = NEIGHBOUR_WEIGHT;
 
 /// Angle of refinement of the pictures' adaptive mesh, independent of that of views: 3 degrees.
 const CRITERIA: Criteria = Criteria { tau_px: 2.0, least_cosine: 0.998_629_5, edges: Edges::Traced };
 
 /// When a texture is good enough. Chosen, not measured.
-const STOP: Stop = Stop { most_steps: 100, gradient: 1e-4 };
+pub const STOP: Stop = Stop { most_steps: 100, gradient: 1e-4 };
 
 /// Pictures of each viewpoint, each one half as large as the one before: smaller ones say what the coarser levels of
 /// textures are. Chosen, not measured.
@@ -54,10 +54,13 @@ const PICTURE_SIZES: u32 = 3;
 const OBSERVATIONS_AT_ONCE: usize = 4096;
 
 /// Inputs of inference.
-pub(crate) struct Inference<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) settings: &'a LayeredEnvironmentMapSettings,
-    pub(crate) known: &'a LayerGeometry,
+pub struct Inference<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The settings of the method.
+    pub settings: &'a LayeredEnvironmentMapSettings,
+    /// The groups and their shells.
+    pub known: &'a LayerGeometry,
 }
 
 impl Inference<'_> {
@@ -87,7 +90,7 @@ impl Inference<'_> {
     }
 
     /// The texture of a layer (as it is projected) by which equations hold best, and how well they do.
-    fn fitted(&self, layer: &Layer, mut equations: Equations) -> (LayerTexture, Residual) {
+    pub fn fitted(&self, layer: &Layer, mut equations: Equations) -> (LayerTexture, Residual) {
         let layout = layer.texture.layout.clone();
         let mut expected = vec![Vec4::ZERO; layout.texel_count()];
         if self.settings.direct.is_from_center() {
@@ -102,7 +105,7 @@ impl Inference<'_> {
     ///
     /// # Errors
     /// Errors of the rasteriser.
-    pub(crate) fn seen(&self, number: usize, viewpoint: u32) -> Result<Observations, RenderError> {
+    pub fn seen(&self, number: usize, viewpoint: u32) -> Result<Observations, RenderError> {
         self.with_observer(number, |observer| {
             let eye = observer.known.viewspace.eye(viewpoint, 0.0);
             let view = picture_of(self.scene, &observer.known.group, eye, self.settings.picture_size);
@@ -114,7 +117,7 @@ impl Inference<'_> {
     ///
     /// # Errors
     /// Errors of the rasteriser.
-    fn systems(
+    pub fn systems(
         &self,
         part: usize,
         layers: &[Layer],
@@ -182,7 +185,7 @@ impl Inference<'_> {
     }
 
     /// Calls with what makes pictures of a group.
-    fn with_observer<R>(&self, number: usize, work: impl FnOnce(&Observer<'_>) -> R) -> R {
+    pub fn with_observer<R>(&self, number: usize, work: impl FnOnce(&Observer<'_>) -> R) -> R {
         let Self { scene, settings, known } = *self;
         let group = &known.groups[number];
         let strata = known.apart(settings, scene, number);
@@ -194,7 +197,7 @@ impl Inference<'_> {
     ///
     /// # Errors
     /// Errors of the rasteriser.
-    fn observations(&self, observer: &Observer<'_>, view: &View) -> Result<Observations, RenderError> {
+    pub fn observations(&self, observer: &Observer<'_>, view: &View) -> Result<Observations, RenderError> {
         let (scene, paths, group) = (self.scene, observer.paths, &observer.known.group);
         let is_in_group = |object: u32| group.holds(object);
         let of_group = |object: u32| is_in_group(object).then_some(paths);
@@ -208,7 +211,7 @@ impl Inference<'_> {
 
 /// What look-ups of a layer should give: the rendering matrix with what was seen of the layer of a number, as much as
 /// each counts.
-fn equations(
+pub fn equations(
     layer: &Layer,
     observations: &Observations,
     number: usize,
@@ -233,6 +236,3 @@ fn equations(
     };
     Equations::joined(parallel::map_collect(list.len().div_ceil(OBSERVATIONS_AT_ONCE), piece))
 }
-
-#[cfg(test)]
-mod tests;

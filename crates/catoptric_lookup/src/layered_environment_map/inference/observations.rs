@@ -22,21 +22,24 @@ const MAX_HIDDEN: usize = 4;
 
 /// Observation of a pixel by one of its two paths.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Observation {
+pub struct Observation {
     /// Column and row.
-    pub(crate) pixel: [u32; 2],
-    pub(crate) first: BounceKind,
+    pub pixel: [u32; 2],
+    /// The first event of its path.
+    pub first: BounceKind,
     /// The ray that leaves as the renderer has it.
-    pub(crate) ray: Ray,
-    pub(crate) change: RayDifferential,
+    pub ray: Ray,
+    /// The change of the ray from pixel to pixel.
+    pub change: RayDifferential,
     /// From 0 to 1: less where the rays of a pixel go apart.
-    pub(crate) confidence: f32,
+    pub confidence: f32,
 }
 
 /// Observations of a picture.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Observations {
-    pub(crate) list: Vec<Observation>,
+pub struct Observations {
+    /// All of them.
+    pub list: Vec<Observation>,
     /// Observation after observation, of every layer what is seen: radiance times opacity, and opacity.
     seen: Vec<Vec4>,
     layers: usize,
@@ -44,7 +47,7 @@ pub(crate) struct Observations {
 
 impl Observations {
     /// Radiance and opacity of a layer in an observation.
-    pub(crate) fn seen(&self, observation: usize, layer: usize) -> Vec4 {
+    pub fn seen(&self, observation: usize, layer: usize) -> Vec4 {
         self.seen[observation * self.layers + layer]
     }
 
@@ -60,10 +63,12 @@ impl Observations {
 }
 
 /// Inputs of the picture of a group.
-pub(crate) struct Observer<'a> {
+pub struct Observer<'a> {
     pub(crate) scene: &'a Scene,
-    pub(crate) known: &'a GroupLayers,
-    pub(crate) paths: TwoPathTracer<'a>,
+    /// The group and its shells.
+    pub known: &'a GroupLayers,
+    /// The paths over the group.
+    pub paths: TwoPathTracer<'a>,
     pub(crate) strata: &'a LayerSpecs<'a>,
     /// Rays a pixel, a square number.
     pub(crate) samples: u32,
@@ -98,7 +103,7 @@ impl Observer<'_> {
     /// meet, to whatever faces them behind that (Hakura, Snyder 2001, figure 4b).
     ///
     /// Neighbouring rays are traced: there is no adaptive mesh of what is hidden.
-    pub(crate) fn observe_hidden(&self, view: &View) -> Observations {
+    pub fn observe_hidden(&self, view: &View) -> Observations {
         let layers = self.strata.count;
         let rows = parallel::map_collect(view.height as usize, |y| {
             let mut found = Observations { layers, ..Observations::default() };
@@ -228,7 +233,7 @@ fn differences(ray: &Ray, right: &Ray, below: &Ray) -> RayDifferential {
 
 /// By the largest angle between rays' directions: 1 where they are one, 0 from the threshold on, or where there are
 /// none.
-fn confidence(rays: &[Ray]) -> f32 {
+pub fn confidence(rays: &[Ray]) -> f32 {
     if rays.is_empty() {
         return 0.0;
     }
@@ -238,22 +243,4 @@ fn confidence(rays: &[Ray]) -> f32 {
     let angle = 2.0 * (0.5 * chord).min(1.0).arc_sine();
     let share = (angle / MIN_CONFIDENT_DEG.to_radians()).min(1.0);
     1.0 - share * share
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn confidence_falls_with_the_square_of_the_largest_angle() {
-        let turned = |degrees: f32| {
-            let (x, y) = degrees.to_radians().sin_cos();
-            Ray { origin: Vec3::ZERO, direction: Vec3::new(x, y, 0.0) }
-        };
-        assert_eq!(confidence(&[]), 0.0);
-        assert_eq!(confidence(&[turned(70.0), turned(70.0)]), 1.0);
-        let found = confidence(&[turned(0.0), turned(2.5), turned(1.0)]);
-        assert!((found - 0.75).abs() < 1e-4, "{found}");
-        assert_eq!(confidence(&[turned(0.0), turned(5.1)]), 0.0);
-    }
 }

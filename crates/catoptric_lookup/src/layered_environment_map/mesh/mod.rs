@@ -3,7 +3,7 @@
 
 pub(super) mod blend;
 pub(super) mod visible;
-pub(super) mod welds;
+pub(crate) mod welds;
 
 use crate::layered_environment_map::settings::{Edges, LayeredEnvironmentMapSettings};
 use catoptric_core::math::portable::PortableMath;
@@ -33,20 +33,20 @@ const VERTICES_AT_ONCE: usize = 128;
 
 /// A triangle of the mesh.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PatchLeaf {
+pub struct PatchLeaf {
     /// Vertices of the mesh.
-    pub(crate) vertices: [u32; 3],
+    pub vertices: [u32; 3],
     /// The triangle of the scene that it is a part of.
-    source: u32,
+    pub source: u32,
     /// Barycentric coordinates of its corners in that triangle.
-    pub(crate) corners: [Vec2; 3],
+    pub corners: [Vec2; 3],
     /// Divisions, one after the other, that it comes from.
     pub(crate) level: u32,
 }
 
 /// Criteria of refinement.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Criteria {
+pub struct Criteria {
     /// Edges that are no longer than this, in pixels, are not divided.
     pub(crate) tau_px: f32,
     /// Directions are alike whose angle has at least this cosine.
@@ -57,12 +57,12 @@ pub(crate) struct Criteria {
 
 impl Criteria {
     /// Criteria of settings.
-    pub(crate) fn of(settings: &LayeredEnvironmentMapSettings) -> Self {
+    pub fn of(settings: &LayeredEnvironmentMapSettings) -> Self {
         Self { tau_px: settings.tau, least_cosine: settings.angle_deg.to_radians().cosine(), edges: settings.edges }
     }
 
     /// Returns true for rays with different events or leaving directions.
-    pub(crate) fn differ(&self, a: &SpecularChain, b: &SpecularChain) -> bool {
+    pub fn differ(&self, a: &SpecularChain, b: &SpecularChain) -> bool {
         !same_way(a, b)
             || match (&a.leaving, &b.leaving) {
                 (Some(a), Some(b)) => a.direction.dot(b.direction) < self.least_cosine,
@@ -79,13 +79,15 @@ pub(crate) fn same_way(a: &SpecularChain, b: &SpecularChain) -> bool {
 
 /// The mesh of one view.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct AdaptiveMesh {
-    pub(crate) points: Vec<PicturePoint>,
+pub struct AdaptiveMesh {
+    /// Where every vertex is in the picture.
+    pub points: Vec<PicturePoint>,
     /// Paths of every vertex, by reflection and by refraction.
-    pub(crate) paths: Vec<[SpecularChain; 2]>,
-    pub(crate) leaves: Vec<PatchLeaf>,
+    pub paths: Vec<[SpecularChain; 2]>,
+    /// All parts of patches, which are triangles.
+    pub leaves: Vec<PatchLeaf>,
     /// Rays that were traced.
-    pub(crate) ray_count: u64,
+    pub ray_count: u64,
 }
 
 /// A vertex before it is traced.
@@ -118,11 +120,11 @@ struct Refiner<'r, 'a> {
 }
 
 /// The wanted objects of a scene as lists to be drawn, those that are seen of its reflectors and lenses with paths as
-/// the adaptive mesh: then the group of each triangle is that of its leaf, and else [`NO_LEAF`].
+/// the adaptive mesh: then the group of each triangle is that of its leaf, and else `NO_LEAF`.
 ///
 /// # Errors
 /// Errors of the rasteriser.
-pub(crate) fn drawn(
+pub fn drawn(
     job: &Job<'_>,
     welds: &Welds,
     paths: &PathsOf<'_, '_>,
@@ -400,79 +402,4 @@ impl Refiner<'_, '_> {
 
 fn ordered(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layered_environment_map::shells::layer_geometry::LayerGeometry;
-    use catoptric_core::progress::Silent;
-    use catoptric_engine::method::Quality;
-    use catoptric_scenes::builtin;
-
-    fn scene(spec: &str) -> Scene {
-        builtin::parse(spec).unwrap().pose(&Default::default()).unwrap()
-    }
-
-    fn mesh_of(scene: &Scene, tau: f32) -> AdaptiveMesh {
-        let settings = LayeredEnvironmentMapSettings { tau, ..LayeredEnvironmentMapSettings::default() };
-        let known = LayerGeometry::new(&settings, scene, 4);
-        let view = scene.default_view(200, 150);
-        let paths = |object: u32| known.paths(scene, object);
-        let job = Job { scene, view: &view, quality: Quality { samples: 1, order: 4 }, progress: &Silent };
-        drawn(&job, &known.welds, &paths, Criteria::of(&settings), |_| true).unwrap().1
-    }
-
-    #[test]
-    fn there_are_no_t_junctions() {
-        let scene = scene("colonnade?tess=12");
-        let mesh = mesh_of(&scene, 2.0);
-        assert!(mesh.leaves.len() > 2000, "it was refined: {}", mesh.leaves.len());
-        // In space, to a millionth: no triangle has a vertex in the middle of an edge.
-        let key = |source: u32, at: Vec2| (scene.position_on(source, at) * 1e5).round().as_ivec3();
-        let vertices: std::collections::HashSet<_> =
-            mesh.leaves.iter().flat_map(|leaf| leaf.corners.map(|at| key(leaf.source, at))).collect();
-        let edges = mesh.leaves.iter().flat_map(|leaf| (0..3).map(move |edge| (leaf, edge)));
-        let divided = edges.filter(|(leaf, edge)| {
-            let [from, to] = [leaf.corners[*edge], leaf.corners[(edge + 1) % 3]];
-            let [start, middle, end] = [from, (from + to) * 0.5, to].map(|at| key(leaf.source, at));
-            middle != start && middle != end && vertices.contains(&middle)
-        });
-        let divided = divided.count();
-        assert_eq!(divided, 0, "edges whose middle is a vertex");
-    }
-
-    #[test]
-    fn parts_cover_their_triangles_and_smaller_edges_cost_more_rays() {
-        let scene = scene("colonnade?tess=12");
-        let (coarse, fine) = (mesh_of(&scene, 8.0), mesh_of(&scene, 2.0));
-        assert!(fine.ray_count > coarse.ray_count && fine.leaves.len() > coarse.leaves.len());
-        let mut areas: FxHashMap<u32, f32> = FxHashMap::default();
-        for leaf in &fine.leaves {
-            let [a, b, c] = leaf.corners;
-            *areas.entry(leaf.source).or_default() += (b - a).perp_dot(c - a).abs();
-        }
-        // In barycentric coordinates a whole triangle has twice the area one half.
-        assert!(areas.values().all(|area| (area - 1.0).abs() < 1e-4));
-        // Corners that are alike are not divided: all that is long differs.
-        let settings = LayeredEnvironmentMapSettings { tau: 2.0, ..LayeredEnvironmentMapSettings::default() };
-        let criteria = Criteria::of(&settings);
-        let small = |leaf: &&PatchLeaf| {
-            let corners = leaf.vertices.map(|vertex| mesh_place(&fine, vertex));
-            (0..3).all(|edge| corners[edge].distance(corners[(edge + 1) % 3]) <= 2.0 + 1e-3)
-        };
-        let alike = |leaf: &&PatchLeaf| {
-            let [a, b, c] = leaf.vertices.map(|vertex| &fine.paths[vertex as usize]);
-            let alike =
-                |a: &[SpecularChain; 2], b: &[SpecularChain; 2]| a.iter().zip(b).all(|(a, b)| !criteria.differ(a, b));
-            alike(a, b) && alike(b, c) && alike(c, a)
-        };
-        let good = fine.leaves.iter().filter(|leaf| small(leaf) || alike(leaf)).count();
-        // Others are what neighbours cut, or hidden.
-        assert!(good * 100 > fine.leaves.len() * 97, "{good} of {}", fine.leaves.len());
-    }
-
-    fn mesh_place(mesh: &AdaptiveMesh, vertex: u32) -> Vec2 {
-        mesh.points[vertex as usize].xy / mesh.points[vertex as usize].w
-    }
 }

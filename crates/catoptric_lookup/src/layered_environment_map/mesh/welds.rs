@@ -14,7 +14,7 @@ pub(crate) struct Weld {
 
 /// The vertices of a scene's reflectors and lenses.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Welds {
+pub struct Welds {
     /// Number of the welded vertex of every vertex of the scene.
     welds: Vec<Weld>,
     /// How many places there are.

@@ -20,9 +20,11 @@ const MAX_CLUSTERED: u32 = 45;
 const CLUSTER_SIZE: u32 = 40;
 
 /// A group with its layers.
-pub(crate) struct GroupLayers {
-    pub(crate) group: LensGroup,
-    pub(crate) viewspace: Viewspace,
+pub struct GroupLayers {
+    /// The group.
+    pub group: LensGroup,
+    /// The viewpoints about it.
+    pub viewspace: Viewspace,
     /// Objects of the layers, and their shells; the nearest first.
     pub(crate) strata: Vec<LayerSpec>,
 }
@@ -66,7 +68,7 @@ impl GroupLayers {
 fn meetings(around: DistantGeometry<'_>, group: &LensGroup, viewspace: &Viewspace, order: u32) -> Vec<LayerHit> {
     let scene = around.scene;
     let paths = TwoPathTracer { scene, tracer: &group.tracer, order };
-    let step = viewspace.len().div_ceil(MAX_CLUSTERED);
+    let step = viewspace.count().div_ceil(MAX_CLUSTERED);
     let rays_a_view = 2 * CLUSTER_SIZE * CLUSTER_SIZE;
     let of_view = |number: usize| {
         let eye = viewspace.eye(number as u32 * step, 0.0);
@@ -86,5 +88,5 @@ fn meetings(around: DistantGeometry<'_>, group: &LensGroup, viewspace: &Viewspac
         }
         meetings
     };
-    parallel::map_collect(viewspace.len().div_ceil(step) as usize, of_view).concat()
+    parallel::map_collect(viewspace.count().div_ceil(step) as usize, of_view).concat()
 }

@@ -7,7 +7,7 @@ use catoptric_engine::light::tracer::Tracer;
 use glam::Vec3;
 
 /// Reflectors and lenses that are traced without the rest of the scene.
-pub(crate) struct LensGroup {
+pub struct LensGroup {
     /// Ascending.
     pub(crate) objects: Vec<u32>,
     /// Around them.
@@ -18,7 +18,7 @@ pub(crate) struct LensGroup {
 
 impl LensGroup {
     /// All groups of a scene: what is in its region is one, and so are others whose boxes overlap.
-    pub(crate) fn all(scene: &Scene) -> Vec<Self> {
+    pub fn all(scene: &Scene) -> Vec<Self> {
         let regions = Regions::of(scene, 0.0);
         let specular = scene.specular_objects();
         let mut members = vec![Vec::new(); regions.boxes.len()];

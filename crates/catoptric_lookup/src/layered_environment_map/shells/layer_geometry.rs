@@ -24,7 +24,7 @@ use glam::Vec3;
 use std::ops::Range;
 
 /// The groups of a scene with their shells.
-pub(crate) struct LayerGeometry {
+pub struct LayerGeometry {
     pub(crate) groups: Vec<GroupLayers>,
     /// The farthest layer of all of them, where they share one.
     pub(crate) shared: Option<SharedLayer>,
@@ -32,13 +32,15 @@ pub(crate) struct LayerGeometry {
     group_of: Vec<Option<u32>>,
     /// Hierarchy of all objects.
     pub(crate) everything: Tracer,
-    pub(crate) welds: Welds,
+    /// Vertices in one place.
+    pub welds: Welds,
     /// Highest number of specular events of a path.
     pub(crate) order: u32,
 }
 
 impl LayerGeometry {
-    pub(crate) fn new(settings: &LayeredEnvironmentMapSettings, scene: &Scene, order: u32) -> Self {
+    /// The groups of a scene, for paths of at most `order` specular events.
+    pub fn new(settings: &LayeredEnvironmentMapSettings, scene: &Scene, order: u32) -> Self {
         // Without bounces nothing is looked up.
         let groups = if order == 0 { Vec::new() } else { LensGroup::all(scene) };
         let everything = Tracer::build(scene, |_| !groups.is_empty());
@@ -128,13 +130,13 @@ impl LayerGeometry {
 
     /// The paths among an object's group.
     #[inline]
-    pub(crate) fn paths<'a>(&'a self, scene: &'a Scene, object: u32) -> Option<TwoPathTracer<'a>> {
+    pub fn paths<'a>(&'a self, scene: &'a Scene, object: u32) -> Option<TwoPathTracer<'a>> {
         let tracer = &self.groups[self.group_of(object)?].group.tracer;
         Some(TwoPathTracer { scene, tracer, order: self.order })
     }
 
     /// Layers of every part, captured from the centres of their shells.
-    pub(crate) fn projected(
+    pub fn projected(
         &self,
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,
@@ -207,7 +209,7 @@ impl LayerGeometry {
 
     /// How many viewpoints each part has.
     pub(crate) fn viewpoint_count(&self) -> u32 {
-        self.groups.first().map_or(0, |group| group.viewspace.len())
+        self.groups.first().map_or(0, |group| group.viewspace.count())
     }
 
     /// The viewpoints about a view's eye; orthographic views have an eye far away.

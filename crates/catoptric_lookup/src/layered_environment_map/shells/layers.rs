@@ -7,12 +7,13 @@ use glam::Vec3;
 
 /// Hit of an object by a ray that leaves the group.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LayerHit {
+pub struct LayerHit {
     /// The ray: one number for all that it meets, one after the other.
-    pub(crate) ray: u32,
-    pub(crate) object: u32,
+    pub ray: u32,
+    /// The object that is met.
+    pub object: u32,
     /// From the group's centre.
-    pub(crate) position: Vec3,
+    pub position: Vec3,
 }
 
 /// Steps after which clusters are as good as they get. A bound on time; chosen, not measured.
@@ -20,9 +21,11 @@ const MAX_STEPS: usize = 100;
 
 /// A layer: what is in it, and what stands in for it.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LayerSpec {
-    pub(crate) objects: Vec<u32>,
-    pub(crate) shell: Shell,
+pub struct LayerSpec {
+    /// The objects that it shows.
+    pub objects: Vec<u32>,
+    /// The shell that stands for them.
+    pub shell: Shell,
 }
 
 impl LayerSpec {
@@ -37,7 +40,7 @@ impl LayerSpec {
 /// Each thing goes whole to one layer. Of several meetings of a ray with a layer the first one counts for where its
 /// shell is (Hakura, Snyder 2001, section 4.2). Things that no ray meets (`others`, with their distances) go to the
 /// nearest layer.
-pub(crate) fn strata(
+pub fn strata(
     meetings: &[LayerHit],
     others: &[(u32, f32)],
     count: u32,
@@ -118,7 +121,7 @@ fn nearest(centers: &[f32], distance: f32) -> usize {
 
 /// The middles of at most `count` clusters of distances, ascending. From one cluster on, the one with the largest error
 /// is divided and all are moved to the means of the distances that are nearest to them, until none changes its cluster.
-fn clusters(distances: &[f32], count: usize) -> Vec<f32> {
+pub fn clusters(distances: &[f32], count: usize) -> Vec<f32> {
     let mut sorted: Vec<f32> = distances.iter().copied().filter(|distance| distance.is_finite()).collect();
     sorted.sort_by(f32::total_cmp);
     let Some(first) = sorted.first() else { return Vec::new() };
@@ -161,40 +164,4 @@ fn settled(sorted: &[f32], mut centers: Vec<f32>) -> Vec<f32> {
         centers = next;
     }
     centers
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn distances_fall_into_their_clusters() {
-        let distances: Vec<f32> = (0..300).map(|k| [1.0, 5.0, 5.2, 20.0][k % 4] + 0.01 * (k % 7) as f32).collect();
-        let found = clusters(&distances, 3);
-        assert_eq!(found.len(), 3);
-        for (found, expected) in found.iter().zip([1.03, 5.13, 20.03]) {
-            assert!((found - expected).abs() < 0.01, "{found}");
-        }
-        assert_eq!(clusters(&[2.0; 10], 3), [2.0], "there are no more clusters than distances");
-        assert!(clusters(&[], 3).is_empty());
-    }
-
-    #[test]
-    fn things_stay_whole_and_only_the_first_meeting_of_a_ray_counts() {
-        // A wall from 4 to 12 away, mostly at 10; a thing at 1; another one behind the first, met by the same rays.
-        let mut meetings = Vec::new();
-        for ray in 0..100u32 {
-            let aside = ray as f32 / 100.0;
-            let mut meet = |object, x: f32| meetings.push(LayerHit { ray, object, position: Vec3::new(x, aside, 0.0) });
-            meet(7, 1.0);
-            meet(8, 1.5);
-            meet(3, if ray < 30 { 4.0 } else { 10.0 });
-        }
-        let found = strata(&meetings, &[(9, 11.0), (5, 0.0)], 2, Shells::Sphere, Clustering::Distance);
-        assert_eq!(found.len(), 2);
-        assert_eq!((&found[0].objects[..], &found[1].objects[..]), (&[7, 8, 5][..], &[3, 9][..]));
-        let radius = found[0].shell.distance(Vec3::ZERO, Vec3::X);
-        let mean: f32 = (0..100).map(|ray| Vec3::new(1.0, ray as f32 / 100.0, 0.0).length()).sum::<f32>() / 100.0;
-        assert!((radius - mean).abs() < 1e-4, "{radius}: of the first things alone, not {mean}");
-    }
 }

@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 
 /// Simple shape that approximates a layer, about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Shell {
+pub enum Shell {
     /// All around; looked up by the direction from the centre.
     Around(ParallaxProxy),
     /// A rectangle.
@@ -21,19 +21,21 @@ pub(crate) enum Shell {
 
 /// A rectangle, from the centre of the shells.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Quad {
-    pub(crate) middle: Vec3,
+pub struct Quad {
+    /// The middle.
+    pub middle: Vec3,
     /// Unit, away from the centre.
-    pub(crate) normal: Vec3,
-    /// From the middle to the right and the upper edge.
-    pub(crate) right: Vec3,
-    pub(crate) up: Vec3,
+    pub normal: Vec3,
+    /// From the middle to the right edge.
+    pub right: Vec3,
+    /// From the middle to the upper edge.
+    pub up: Vec3,
 }
 
 /// Rays side by side, from a centre, with their changes from pixel to pixel (right, then down): of origins and of
 /// directions.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct RayLanes<const LANES: usize> {
+pub struct RayLanes<const LANES: usize> {
     pub(crate) origins: Vec3Lanes<LANES>,
     pub(crate) directions: Vec3Lanes<LANES>,
     moved: [Vec3Lanes<LANES>; 2],
@@ -43,7 +45,7 @@ pub(crate) struct RayLanes<const LANES: usize> {
 impl<const LANES: usize> RayLanes<LANES> {
     /// Rays from the centre without differentials.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn sharp(origins: Vec3Lanes<LANES>, directions: Vec3Lanes<LANES>) -> Self {
+    pub fn sharp(origins: Vec3Lanes<LANES>, directions: Vec3Lanes<LANES>) -> Self {
         Self { origins, directions, moved: [Vec3Lanes::ZERO; 2], turned: [Vec3Lanes::ZERO; 2] }
     }
 
@@ -143,7 +145,7 @@ const FIT_STEPS: usize = 8;
 impl Shell {
     /// The one of a kind, or of all kinds the one with the least error, that is nearest to a layer's points (from the
     /// centre).
-    pub(crate) fn fit(kind: Shells, points: &[Vec3]) -> Self {
+    pub fn fit(kind: Shells, points: &[Vec3]) -> Self {
         let of_kind = |kind: Shells| match kind {
             Shells::Sphere => Some(Self::Around(sphere(points))),
             Shells::Box => Some(Self::Around(bounding_box(points))),
@@ -172,7 +174,7 @@ impl Shell {
 
     /// Places at which rays look it up.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn places<const LANES: usize>(&self, rays: &RayLanes<LANES>) -> Vec3Lanes<LANES> {
+    pub fn places<const LANES: usize>(&self, rays: &RayLanes<LANES>) -> Vec3Lanes<LANES> {
         self.places_of(&rays.origins, &rays.directions)
     }
 
@@ -298,7 +300,7 @@ impl Shell {
     }
 
     /// How far a ray goes until it meets the shell; infinite where it never does.
-    pub(crate) fn distance(&self, origin: Vec3, direction: Vec3) -> f32 {
+    pub fn distance(&self, origin: Vec3, direction: Vec3) -> f32 {
         match self {
             Self::Around(surround) => surround.distance(Vec3::ZERO, origin, direction),
             Self::Quad(quad) => quad.distance(origin, direction).unwrap_or(f32::INFINITY),
@@ -306,7 +308,7 @@ impl Shell {
     }
 
     /// Direction from the centre to a place of a texture.
-    pub(crate) fn towards(&self, place: Vec3) -> Vec3 {
+    pub fn towards(&self, place: Vec3) -> Vec3 {
         match self {
             Self::Around(_) => place,
             Self::Quad(quad) => quad.middle + quad.right * place.x + quad.up * place.y,
@@ -315,7 +317,7 @@ impl Shell {
 
     /// The root of the mean square of how far the shell is from points in their directions, as shares of their
     /// distances.
-    fn relative_error(&self, points: &[Vec3]) -> f32 {
+    pub fn relative_error(&self, points: &[Vec3]) -> f32 {
         let squares = points.iter().map(|point| {
             let length = point.length();
             let error = (self.distance(Vec3::ZERO, *point / length) - length) / length;
@@ -325,7 +327,7 @@ impl Shell {
     }
 
     /// Its kind, in reports.
-    pub(crate) fn name(&self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Self::Around(ParallaxProxy::Infinite) => "infinite_shells",
             Self::Around(ParallaxProxy::Box(_)) => "box_shells",
@@ -476,54 +478,5 @@ fn normalize<const LANES: usize>(vectors: &mut Vec3Lanes<LANES>, others: &Vec3La
             let is_unit = scale[lane] > 0.0 && scale[lane] < f32::INFINITY;
             vectors[axis][lane] = if is_unit { unit } else { others[axis][lane] };
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::lanes::Vec3Lanes;
-    use catoptric_core::math::random::Stream;
-
-    /// Points where rays from the middle meet a shape.
-    fn points(surround: &ParallaxProxy) -> Vec<Vec3> {
-        let mut random = Stream::new(9);
-        let mut number = || random.next_between(-1.0, 1.0);
-        let directions = (0..3000).map(|_| Vec3::new(number(), number(), number()).normalize());
-        directions.map(|direction| direction * surround.distance(Vec3::ZERO, Vec3::ZERO, direction)).collect()
-    }
-
-    #[test]
-    fn shapes_are_found_again() {
-        let room = ParallaxProxy::Box(Aabb { min: Vec3::new(-3.0, -1.0, -4.0), max: Vec3::new(2.0, 2.0, 5.0) });
-        let shapes =
-            [ParallaxProxy::Sphere(2.5), room, ParallaxProxy::Cylinder { radius: 2.0, bottom: -1.0, top: 3.0 }];
-        for shape in shapes {
-            let points = points(&shape);
-            let found = Shell::fit(Shells::Auto, &points);
-            assert_eq!(found.name(), Shell::Around(shape).name());
-            assert!(found.relative_error(&points) < 0.01, "{found:?} for {shape:?}");
-            let wrong = if matches!(shape, ParallaxProxy::Sphere(_)) { Shells::Box } else { Shells::Sphere };
-            assert!(Shell::fit(wrong, &points).relative_error(&points) > 0.1);
-        }
-    }
-
-    #[test]
-    fn what_stands_on_one_side_becomes_a_quad() {
-        let mut random = Stream::new(2);
-        let mut number = || random.next_between(-1.0, 1.0);
-        let points: Vec<Vec3> = (0..500).map(|_| Vec3::new(3.0, 0.5 + number(), 0.3 * number())).collect();
-        let found = Shell::fit(Shells::Auto, &points);
-        assert_eq!(found.name(), "quads");
-        let rays = |direction: Vec3| RayLanes::sharp(Vec3Lanes::ZERO, Vec3Lanes::one(direction));
-        let place_of = |direction: Vec3| found.places(&rays(direction)).vector(0);
-        for point in &points {
-            let place = place_of(point.normalize());
-            assert!(place.abs().max_element() <= 1.0, "{place}");
-            // The way there and back.
-            assert!(found.towards(place).normalize().distance(point.normalize()) < 1e-5);
-        }
-        assert!(place_of(Vec3::NEG_X).is_finite());
-        assert!(place_of(Vec3::new(-0.1, 1.0, 0.0).normalize()).abs().max_element() > 1.0, "is not met");
     }
 }

@@ -21,12 +21,13 @@ const MIN_SHARE: f32 = 1.0 / 512.0;
 
 /// Viewpoints about a group, in rows of `columns`; with the eye of the scene's first camera among them.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Viewspace {
+pub struct Viewspace {
     center: Vec3,
     /// From the centre to the eye of the scene's first camera.
     arm: Vec3,
     shape: ViewspaceShape,
-    columns: u32,
+    /// Viewpoints in a row.
+    pub columns: u32,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +43,7 @@ pub(crate) type Shares = Vec<(u32, f32)>;
 
 impl Viewspace {
     /// About a group of a scene.
-    pub(crate) fn new(settings: &LayeredEnvironmentMapSettings, scene: &Scene, group: &LensGroup) -> Self {
+    pub fn new(settings: &LayeredEnvironmentMapSettings, scene: &Scene, group: &LensGroup) -> Self {
         let center = group.center();
         let arm = scene.default_view(4, 3).eye() - center;
         let height = elevation(arm);
@@ -69,7 +70,7 @@ impl Viewspace {
     }
 
     /// How many there are.
-    pub(crate) fn len(&self) -> u32 {
+    pub fn count(&self) -> u32 {
         match &self.shape {
             ViewspaceShape::Circles(heights) => self.columns * heights.len() as u32,
             ViewspaceShape::Line(_) => self.columns,
@@ -77,7 +78,7 @@ impl Viewspace {
     }
 
     /// One of them, and places between them: `offset` is in steps along a row.
-    pub(crate) fn eye(&self, number: u32, offset: f32) -> Vec3 {
+    pub fn eye(&self, number: u32, offset: f32) -> Vec3 {
         let (row, column) = (number / self.columns, (number % self.columns) as f32 + offset);
         match &self.shape {
             ViewspaceShape::Circles(heights) => {
@@ -91,7 +92,7 @@ impl Viewspace {
     }
 
     /// The viewpoints nearest to an eye: of a row two, between two rows four.
-    pub(crate) fn around(&self, eye: Vec3) -> Shares {
+    pub fn around(&self, eye: Vec3) -> Shares {
         let arm = eye - self.center;
         let (column, row) = match &self.shape {
             ViewspaceShape::Circles(heights) => {
@@ -142,51 +143,9 @@ pub(crate) fn picture_past(scene: &Scene, group: &LensGroup, eye: Vec3, size: u3
 }
 
 /// The picture of a group from a viewpoint, `size` pixels a side.
-pub(crate) fn picture_of(scene: &Scene, group: &LensGroup, eye: Vec3, size: u32) -> View {
+pub fn picture_of(scene: &Scene, group: &LensGroup, eye: Vec3, size: u32) -> View {
     let radius = 0.5 * group.bounds.diagonal();
     let sine = radius * MARGIN / eye.distance(group.center()).max(f32::MIN_POSITIVE);
     let fov_deg = (2.0 * sine.min(1.0).arc_sine().to_degrees()).min(WIDEST_DEG);
     scene.view(&Camera::look_at("", eye, group.center(), Vec3::Y, fov_deg), size, size)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_scenes::builtin;
-
-    fn viewspace(viewpoints: Viewpoints) -> Viewspace {
-        let scene = builtin::parse("sphere_room").unwrap().pose(&Default::default()).unwrap();
-        let settings = LayeredEnvironmentMapSettings { viewpoints, viewpoint_count: 12, ..Default::default() };
-        Viewspace::new(&settings, &scene, &LensGroup::all(&scene)[0])
-    }
-
-    #[test]
-    fn an_eye_at_a_viewpoint_is_that_one_and_between_two_it_is_both() {
-        for kind in [Viewpoints::Circle, Viewpoints::Line, Viewpoints::Grid] {
-            let viewspace = viewspace(kind);
-            for number in 0..viewspace.len() {
-                let shares = viewspace.around(viewspace.eye(number, 0.0));
-                let most = shares.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-                assert!(most.0 == number && most.1 > 0.999, "{kind:?} {number}: {shares:?}");
-                if (number + 1) % viewspace.columns != 0 {
-                    let shares = viewspace.around(viewspace.eye(number, 0.25));
-                    let share = |number: u32| shares.iter().filter(|(n, _)| *n == number).map(|(_, s)| s).sum::<f32>();
-                    assert!((share(number) - 0.75).abs() < 0.01, "{kind:?} {number}: {shares:?}");
-                    assert!((share(number + 1) - 0.25).abs() < 0.01, "{kind:?} {number}: {shares:?}");
-                }
-            }
-            let sum: f32 = viewspace.around(Vec3::new(3.0, 80.0, -7.0)).iter().map(|(_, share)| share).sum();
-            assert!((sum - 1.0).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn the_scenes_camera_is_on_the_circle() {
-        let scene = builtin::parse("sphere_room").unwrap().pose(&Default::default()).unwrap();
-        let eye = scene.default_view(4, 3).eye();
-        assert!(viewspace(Viewpoints::Circle).eye(0, 0.0).distance(eye) < 1e-4);
-        let grid = viewspace(Viewpoints::Grid);
-        assert_eq!(grid.len(), 36);
-        assert!((0..36).any(|number| grid.eye(number, 0.0).distance(eye) < 1e-3));
-    }
 }

@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 /// Depth interval in a direction, as shares of the shell's distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Depth {
+pub struct Depth {
     /// Depth of the first surface; infinite if there is none.
-    pub(crate) front: f32,
+    pub front: f32,
     /// Depth of its end behind that; equal to `front` if it is no solid.
-    pub(crate) back: f32,
+    pub back: f32,
 }
 
 impl Depth {
     /// Nothing is shown.
-    pub(crate) const NOTHING: Self = Self { front: f32::INFINITY, back: f32::INFINITY };
+    pub const NOTHING: Self = Self { front: f32::INFINITY, back: f32::INFINITY };
 }
 
 /// Depths of texels, texel by texel; each a word of two codes, the front's in the lower half.
@@ -22,7 +22,7 @@ impl Depth {
 /// A code counts how far a share's bits are above those of the least, in steps that are a power of two: so shares that
 /// differ by no more than a factor of 256 are exact to 2^-14 of themselves, and what is equal stays equal.
 #[derive(Clone, Debug)]
-pub(crate) struct Depths {
+pub struct Depths {
     words: Arc<[u32]>,
     /// The bits of the least share.
     base: u32,
@@ -38,7 +38,7 @@ const NOTHING: u32 = u32::MAX;
 
 impl Depths {
     /// Depths of texels.
-    pub(crate) fn new(depths: impl ExactSizeIterator<Item = Depth> + Clone) -> Self {
+    pub fn new(depths: impl ExactSizeIterator<Item = Depth> + Clone) -> Self {
         let shares = depths.clone().flat_map(|depth| [depth.front, depth.back]).filter(|share| share.is_finite());
         let (least, most) = shares.fold((f32::MAX, 0.0f32), |(least, most), share| (least.min(share), most.max(share)));
         // Bits of positive numbers are in the order of these.
@@ -66,26 +66,26 @@ impl Depths {
 
     /// The word of a texel; beyond the last, that of nothing.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn word(&self, texel: u32) -> u32 {
+    pub fn word(&self, texel: u32) -> u32 {
         self.words.get(texel as usize).copied().unwrap_or(NOTHING)
     }
 
     /// Words of a texel and the next one.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn words_of_two(&self, texel: u32) -> [u32; 2] {
+    pub fn words_of_two(&self, texel: u32) -> [u32; 2] {
         let both = self.words.get(texel as usize..).and_then(|words| words.first_chunk::<2>());
         both.copied().unwrap_or([NOTHING; 2])
     }
 
     /// Front depth of a word.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn front(&self, word: u32) -> f32 {
+    pub fn front(&self, word: u32) -> f32 {
         self.share(word & 0xFFFF)
     }
 
     /// Back depth of a word.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn back(&self, word: u32) -> f32 {
+    pub fn back(&self, word: u32) -> f32 {
         self.share(word >> 16)
     }
 
@@ -96,7 +96,7 @@ impl Depths {
     }
 
     /// Depths of texels, as they are stored.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = Depth> {
+    pub fn iter(&self) -> impl Iterator<Item = Depth> {
         self.words.iter().map(|word| Depth { front: self.front(*word), back: self.back(*word) })
     }
 
@@ -113,33 +113,3 @@ impl Depths {
 
 /// Memory of a texel's depth.
 pub(crate) const DEPTH_BYTES: usize = size_of::<u32>();
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    #[test]
-    fn depths_are_kept_to_a_few_digits() {
-        let mut random = Stream::new(6);
-        for (least, most, error) in [(0.4f32, 1.1, 2e-5), (0.01, 2.5, 6.2e-5), (1e-6, 1e3, 5e-4), (1.0, 1.0, 0.0)] {
-            let mut share = || least * (most / least).powf(random.next_unit());
-            let mut depths: Vec<Depth> = (0..500).map(|_| Depth { front: share(), back: share() }).collect();
-            depths.extend([Depth { front: least, back: least }, Depth { front: most, back: most }, Depth::NOTHING]);
-            depths.push(Depth { front: 0.5 * (least + most), back: f32::INFINITY });
-            let kept = Depths::new(depths.iter().copied());
-            for (number, (found, depth)) in kept.iter().zip(&depths).enumerate() {
-                let is_near = |found: f32, share: f32| found == share || (found - share).abs() <= error * share;
-                assert!(is_near(found.front, depth.front) && is_near(found.back, depth.back), "{depth:?}: {found:?}");
-                assert_eq!(found.front == found.back, depth.front == depth.back);
-                let word = kept.word(number as u32);
-                assert_eq!((kept.front(word), kept.back(word)), (found.front, found.back));
-            }
-            let beyond = kept.word(depths.len() as u32);
-            assert_eq!((kept.front(beyond), kept.back(beyond)), (f32::INFINITY, f32::INFINITY));
-            assert_eq!(kept.words_of_two(depths.len() as u32 - 1), [beyond; 2], "not both are there");
-        }
-        let nothing = Depths::new([Depth::NOTHING; 3].into_iter());
-        assert!(nothing.iter().all(|depth| depth == Depth::NOTHING));
-    }
-}

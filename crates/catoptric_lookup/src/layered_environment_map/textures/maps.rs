@@ -13,13 +13,15 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 
 /// One layer: a shell with its texture.
 #[derive(Clone, Debug)]
-pub(crate) struct Layer {
+pub struct Layer {
     /// Centre of the shell, in world space.
-    pub(crate) center: Vec3,
-    pub(crate) shell: Shell,
+    pub center: Vec3,
+    /// The shell.
+    pub shell: Shell,
     /// How far from the shell what the texture shows is; none: it is all on it.
-    pub(crate) distances: Option<Distances>,
-    pub(crate) texture: LayerTexture,
+    pub distances: Option<Distances>,
+    /// The light.
+    pub texture: LayerTexture,
 }
 
 /// Rays as they meet a layer.
@@ -115,7 +117,7 @@ impl Layer {
     }
 
     /// The texel of the finest level that a ray meets; returns `None` if it meets nothing.
-    pub(crate) fn texel_at(&self, ray: &Ray) -> Option<u32> {
+    pub fn texel_at(&self, ray: &Ray) -> Option<u32> {
         let rays = RayLanes::sharp(Vec3Lanes::one(ray.origin - self.center), Vec3Lanes::one(ray.direction));
         let reached = self.reached(0, &rays, &[true]);
         let [texel] = self.texture.layout.nearest(&self.footprints(&rays, &reached).places);
@@ -159,7 +161,7 @@ pub(crate) type Blended<'a> = [(LayersAbout<'a>, f32)];
         "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
     ))
 )]
-pub(crate) fn radiance(
+pub fn radiance(
     maps: &Blended<'_>,
     scene: &Scene,
     rays: &[(Ray, RayDifferential)],

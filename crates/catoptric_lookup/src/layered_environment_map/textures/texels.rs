@@ -18,16 +18,20 @@ const MAX_ANISOTROPY: f32 = 4.0;
 /// Where look-ups are (unit directions, or places of a square), and how that changes from pixel to pixel: right, then
 /// down.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Footprints<const LANES: usize> {
-    pub(crate) places: Vec3Lanes<LANES>,
-    pub(crate) changes: [Vec3Lanes<LANES>; 2],
+pub struct Footprints<const LANES: usize> {
+    /// Where they are.
+    pub places: Vec3Lanes<LANES>,
+    /// The changes of their places from pixel to pixel.
+    pub changes: [Vec3Lanes<LANES>; 2],
 }
 
 /// Four texels that are read together, with their weights.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TexelTaps {
-    pub(crate) texels: [u32; 4],
-    pub(crate) weights: [f32; 4],
+pub struct TexelTaps {
+    /// Their numbers.
+    pub texels: [u32; 4],
+    /// The weight of each.
+    pub weights: [f32; 4],
 }
 
 impl TexelTaps {
@@ -39,7 +43,7 @@ impl TexelTaps {
 
 /// Texels of the finest level, side by side.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct InTexels<const LANES: usize> {
+pub struct InTexels<const LANES: usize> {
     pub(crate) face: [u32; LANES],
     pub(crate) column: [u32; LANES],
     pub(crate) row: [u32; LANES],
@@ -49,11 +53,11 @@ pub(crate) struct InTexels<const LANES: usize> {
 
 /// The order of a texture's texels: level after level from the finest, face after face, row after row from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TexelLayout {
+pub struct TexelLayout {
     /// Texels a side of the finest level, a power of two.
-    size: u32,
+    pub size: u32,
     /// Six: those of a cube, looked up by directions. One: a square, looked up by places from -1 to 1.
-    faces: u32,
+    pub faces: u32,
     /// The first texel of every level.
     levels: Vec<u32>,
     count: u32,
@@ -61,12 +65,12 @@ pub(crate) struct TexelLayout {
 
 impl TexelLayout {
     /// The faces of a cube.
-    pub(crate) fn cube(size: u32) -> Self {
+    pub fn cube(size: u32) -> Self {
         Self::new(size, 6)
     }
 
     /// A square.
-    pub(crate) fn square(size: u32) -> Self {
+    pub fn square(size: u32) -> Self {
         Self::new(size, 1)
     }
 
@@ -87,7 +91,7 @@ impl TexelLayout {
     }
 
     /// Texels of all levels.
-    pub(crate) fn texel_count(&self) -> usize {
+    pub fn texel_count(&self) -> usize {
         self.count as usize
     }
 
@@ -107,17 +111,17 @@ impl TexelLayout {
     }
 
     /// Faces of a level.
-    pub(crate) fn faces(&self) -> u32 {
+    pub fn faces(&self) -> u32 {
         self.faces
     }
 
     /// Look-up direction or place of a place of a face (from -1 to 1).
-    pub(crate) fn place_of(&self, face: u32, at: Vec2) -> Vec3 {
+    pub fn place_of(&self, face: u32, at: Vec2) -> Vec3 {
         if self.faces == 6 { direction_of(face as usize, at) } else { at.extend(0.0) }
     }
 
     /// Look-up direction or place of the middle of a texel of the finest level.
-    pub(crate) fn middle_of(&self, texel: u32) -> Vec3 {
+    pub fn middle_of(&self, texel: u32) -> Vec3 {
         let (row, column) = (texel / self.size, texel % self.size);
         let at = Vec2::new(column as f32, (row % self.size) as f32) + 0.5;
         self.place_of(row / self.size, at * (2.0 / self.size as f32) - 1.0)
@@ -126,7 +130,7 @@ impl TexelLayout {
     /// The texels that look-ups read, with their weights, which sum to one (less beyond a square's edges): trilinear
     /// look-ups side by side along the longer axis of a footprint. What lanes read that are not wanted is left out.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn taps<const LANES: usize>(
+    pub fn taps<const LANES: usize>(
         &self,
         footprints: &Footprints<LANES>,
         wanted: &[bool; LANES],
@@ -238,7 +242,7 @@ impl TexelLayout {
 
     /// The texels of the finest level that places lie in; beyond a square: none, [`u32::MAX`].
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn nearest<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> [u32; LANES] {
+    pub fn nearest<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> [u32; LANES] {
         let InTexels { face, column, row, is_within } = self.in_texels(places);
         let mut texels = [0; LANES];
         for lane in 0..LANES {
@@ -250,7 +254,7 @@ impl TexelLayout {
 
     /// Which texels of the finest level places lie in, or are nearest to.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn in_texels<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> InTexels<LANES> {
+    pub fn in_texels<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> InTexels<LANES> {
         let Located { face, at, .. } = self.located(places);
         let (size, last) = (self.size as f32, (self.size - 1) as f32);
         let mut found = InTexels { face, column: [0; LANES], row: [0; LANES], is_within: [false; LANES] };
@@ -345,7 +349,7 @@ impl TexelLayout {
     }
 
     /// Fills all levels but the finest: each texel has the mean of the four that it covers.
-    pub(crate) fn fill_coarser(&self, texels: &mut [Vec4]) {
+    pub fn fill_coarser(&self, texels: &mut [Vec4]) {
         for level in 1..self.levels.len() {
             let side = self.size >> level;
             for index in 0..self.faces * side * side {
@@ -353,71 +357,5 @@ impl TexelLayout {
                 texels[(self.levels[level] + index) as usize] = sum * 0.25;
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::layered_environment_map::textures::texture::LayerTexture;
-    use catoptric_core::math::lanes::Vec3Lanes;
-    use catoptric_core::math::random::Stream;
-
-    impl LayerTexture {
-        fn fetch(&self, place: Vec3, changes: [Vec3; 2]) -> Vec4 {
-            let mut sum = Vec4::ZERO;
-            let footprint = Footprints { places: Vec3Lanes::one(place), changes: changes.map(Vec3Lanes::one) };
-            self.layout.taps(&footprint, &[true], &mut |_, taps| sum += taps.sum(&self.texels));
-            sum
-        }
-    }
-
-    fn texture(layout: TexelLayout, value: impl Fn(Vec3) -> Vec4) -> LayerTexture {
-        let side = layout.size;
-        let mut texels = vec![Vec4::ZERO; layout.texel_count()];
-        for face in 0..layout.faces {
-            for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
-                let at = (Vec2::new(x as f32, y as f32) + 0.5) * (2.0 / side as f32) - 1.0;
-                texels[((face * side + y) * side + x) as usize] = value(layout.place_of(face, at));
-            }
-        }
-        layout.fill_coarser(&mut texels);
-        LayerTexture::new(layout, &texels)
-    }
-
-    #[test]
-    fn a_look_up_gives_what_is_there_also_across_edges() {
-        let cube = texture(TexelLayout::cube(64), |direction| (direction.normalize() + 1.0).extend(0.5));
-        let mut random = Stream::new(5);
-        let mut number = || random.next_between(-1.0, 1.0);
-        let mut directions: Vec<Vec3> =
-            (0..2000).map(|_| Vec3::new(number(), number(), number()).normalize()).collect();
-        directions.extend([Vec3::ONE.normalize(), Vec3::new(1.0, 1.0, 0.0).normalize()]);
-        for direction in directions {
-            let found = cube.fetch(direction, [Vec3::ZERO; 2]);
-            // Beyond an edge the next texel of the other face stands in: off by less than a texel.
-            assert!((found.truncate() - 1.0 - direction).length() < 0.02, "{direction}: {found}");
-            assert!((found.w - 0.5).abs() < 1e-6);
-        }
-        let square = texture(TexelLayout::square(32), |place| Vec4::new(place.x, place.y, 1.0, 1.0));
-        let found = square.fetch(Vec3::new(0.3, -0.2, 0.0), [Vec3::ZERO; 2]);
-        assert!((found - Vec4::new(0.3, -0.2, 1.0, 1.0)).length() < 1e-5, "{found}");
-        assert_eq!(square.fetch(Vec3::new(1.2, 0.0, 0.0), [Vec3::ZERO; 2]), Vec4::ZERO, "nothing is beyond a square");
-        assert!(square.fetch(Vec3::new(f32::INFINITY, f32::NAN, 0.0), [Vec3::ZERO; 2]).is_finite());
-    }
-
-    #[test]
-    fn weights_sum_to_one_and_wide_footprints_average() {
-        let layout = TexelLayout::cube(16);
-        for spread in [0.0, 0.1, 0.5, 3.0] {
-            let mut sum = 0.0;
-            let changes = [Vec3::Y * spread, Vec3::Z * (0.3 * spread)].map(Vec3Lanes::one);
-            let footprint = Footprints { places: Vec3Lanes::one(Vec3::new(0.8, 0.6, 0.0)), changes };
-            layout.taps(&footprint, &[true], &mut |_, taps| sum += taps.weights.iter().sum::<f32>());
-            assert!((sum - 1.0).abs() < 1e-5, "{spread}: {sum}");
-        }
-        let cube = texture(TexelLayout::cube(64), |direction| direction.normalize().extend(1.0));
-        let blurred = cube.fetch(Vec3::X, [Vec3::Y * 3.0, Vec3::Z * 3.0]);
-        assert!(blurred.x > 0.5 && blurred.y.abs() < 0.05 && blurred.z.abs() < 0.05, "{blurred}");
     }
 }

@@ -7,14 +7,16 @@ use glam::Vec4;
 
 /// Radiance times opacity, and opacity.
 #[derive(Clone, Debug)]
-pub(crate) struct LayerTexture {
-    pub(crate) layout: TexelLayout,
-    pub(crate) texels: Vec<LayerTexel>,
+pub struct LayerTexture {
+    /// Where its texels are.
+    pub layout: TexelLayout,
+    /// All levels, the finest first.
+    pub texels: Vec<LayerTexel>,
 }
 
 impl LayerTexture {
     /// Of values in the layout's order.
-    pub(crate) fn new(layout: TexelLayout, values: &[Vec4]) -> Self {
+    pub fn new(layout: TexelLayout, values: &[Vec4]) -> Self {
         Self { layout, texels: values.iter().map(|value| LayerTexel::new(*value)).collect() }
     }
 }
@@ -24,7 +26,7 @@ pub(crate) const TEXEL_BYTES: usize = size_of::<LayerTexel>();
 
 /// Four half floats, by their bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct LayerTexel([u16; 4]);
+pub struct LayerTexel([u16; 4]);
 
 /// What bits of a half float, moved to where a float has its own, are too small by: exponents begin at -15, and not at
 /// -127.
@@ -32,14 +34,14 @@ const SCALE: f32 = f32::from_bits((127 + 112) << 23);
 
 impl LayerTexel {
     /// The nearest half floats; what is too large becomes the largest, and what is no number nothing.
-    pub(crate) fn new(value: Vec4) -> Self {
+    pub fn new(value: Vec4) -> Self {
         let held = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()) };
         let half = |value: f32| f16::from_f32(held(value)).to_bits();
         Self(value.to_array().map(half))
     }
 
     /// From what [`Self::to_bytes`] gives.
-    pub(crate) fn of_bytes(bytes: [u8; TEXEL_BYTES]) -> Self {
+    pub fn of_bytes(bytes: [u8; TEXEL_BYTES]) -> Self {
         let (halves, _) = bytes.as_chunks::<2>();
         let mut texel = Self([0; 4]);
         texel.0.iter_mut().zip(halves).for_each(|(half, bytes)| *half = u16::from_le_bytes(*bytes));
@@ -47,7 +49,7 @@ impl LayerTexel {
     }
 
     /// The lowest byte of each half float first.
-    pub(crate) fn to_bytes(self) -> [u8; TEXEL_BYTES] {
+    pub fn to_bytes(self) -> [u8; TEXEL_BYTES] {
         let mut bytes = [0; TEXEL_BYTES];
         let (halves, _) = bytes.as_chunks_mut::<2>();
         halves.iter_mut().zip(self.0).for_each(|(bytes, half)| *bytes = half.to_le_bytes());
@@ -60,7 +62,7 @@ impl LayerTexel {
     }
 
     /// The numbers.
-    pub(crate) fn value(self) -> Vec4 {
+    pub fn value(self) -> Vec4 {
         self.scaled() * SCALE
     }
 
@@ -79,38 +81,11 @@ impl LayerTexel {
 impl TexelTaps {
     /// The sum of texels by their weights.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn sum(&self, texels: &[LayerTexel]) -> Vec4 {
+    pub fn sum(&self, texels: &[LayerTexel]) -> Vec4 {
         let mut sum = Vec4::ZERO;
         for tap in 0..4 {
             sum += texels[self.texels[tap] as usize].scaled() * (self.weights[tap] * SCALE);
         }
         sum
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_half_floats_are_what_they_are() {
-        for bits in 0..=u16::MAX {
-            let (half, texel) = (f16::from_bits(bits), LayerTexel([bits; 4]));
-            if half.is_finite() {
-                assert_eq!(texel.value(), Vec4::splat(half.to_f32()), "{bits:#x}");
-                assert_eq!(LayerTexel::new(texel.value()).value(), texel.value());
-            }
-            assert!(texel.value().is_finite());
-            assert_eq!(LayerTexel::of_bytes(texel.to_bytes()), texel);
-        }
-        let bytes = LayerTexel::new(Vec4::new(1.0, -2.0, 0.5, 0.0)).to_bytes();
-        assert_eq!(bytes, [0x00, 0x3C, 0x00, 0xC0, 0x00, 0x38, 0x00, 0x00]);
-        assert_eq!(LayerTexel::new(Vec4::NAN).value(), Vec4::ZERO);
-        let largest = f16::MAX.to_f32();
-        let held = LayerTexel::new(Vec4::new(1e9, -1e9, f32::INFINITY, 1e-9)).value();
-        assert_eq!(held, Vec4::new(largest, -largest, largest, 0.0));
-        let texels = [1.0, 2.0, 4.0, 8.0].map(|value| LayerTexel::new(Vec4::splat(value)));
-        let taps = TexelTaps { texels: [0, 1, 2, 3], weights: [0.5, 0.25, 0.125, 0.125] };
-        assert_eq!(taps.sum(&texels), Vec4::splat(2.5));
     }
 }

@@ -2,7 +2,7 @@
 
 pub(crate) mod hemi_octahedron;
 pub(crate) mod region_box;
-mod slabs;
+pub(crate) mod slabs;
 
 use super::settings::{Layout, LightFieldSettings};
 use catoptric_core::math::Aabb;
@@ -11,7 +11,7 @@ pub(crate) use slabs::{SLABS, STEEPEST, Slab, SlabLayout, SlabRays, across, alon
 
 /// How the rays that leave a region are kept, in rows of views.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum FieldLayout {
+pub enum FieldLayout {
     /// By two planes a slab.
     Slabs(SlabLayout),
     /// By where they leave the region's box, and their direction.
@@ -20,7 +20,7 @@ pub(crate) enum FieldLayout {
 
 impl FieldLayout {
     /// About a region with a size along all axes; the settings are allowed.
-    pub(crate) fn new(settings: &LightFieldSettings, region: Aabb) -> Self {
+    pub fn new(settings: &LightFieldSettings, region: Aabb) -> Self {
         let LightFieldSettings { layout, st, uv, .. } = *settings;
         match layout {
             Layout::Slabs => Self::Slabs(SlabLayout::new(region, st, uv)),
@@ -44,7 +44,7 @@ impl FieldLayout {
     }
 
     /// Rows of views, of all slabs or sides.
-    pub(crate) fn row_count(&self) -> usize {
+    pub fn row_count(&self) -> usize {
         match self {
             Self::Slabs(layout) => SLABS * layout.st as usize,
             Self::Box(layout) => layout.row_count() as usize,
@@ -52,7 +52,7 @@ impl FieldLayout {
     }
 
     /// Views in a row, which is one of the layout's.
-    pub(crate) fn views_in_row(&self, row: usize) -> u32 {
+    pub fn views_in_row(&self, row: usize) -> u32 {
         match self {
             Self::Slabs(layout) => layout.st,
             Self::Box(layout) => layout.sides[self.place_of_row(row).0].counts[0],

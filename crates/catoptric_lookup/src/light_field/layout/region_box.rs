@@ -16,20 +16,20 @@ const ROUNDING: f32 = 1e-3;
 
 /// One side of the box: views that look out of it, over half of all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BoxSide {
+pub struct BoxSide {
     /// The axis along which it looks.
-    pub(crate) axis: usize,
+    pub axis: usize,
     /// 1 where it looks along the axis, -1 where against.
     pub(crate) sign: f32,
     /// This coordinate along the axis.
-    pub(crate) plane: f32,
+    pub plane: f32,
     /// The other two coordinates of the first view, in a corner of the side; the last one is in the opposite corner.
-    pub(crate) low: Vec2,
+    pub low: Vec2,
     /// Steps from view to view, and one over them.
-    pub(crate) spacing: Vec2,
+    pub spacing: Vec2,
     per_step: Vec2,
     /// Views along both, at least 2.
-    pub(crate) counts: [u32; 2],
+    pub counts: [u32; 2],
     /// The number of its first row of views.
     pub(crate) first_row: u32,
     /// The parallax of its focal plane: [`BoxLayout::unit`] by its distance from the side.
@@ -38,23 +38,26 @@ pub(crate) struct BoxSide {
 
 /// A ray where it leaves the box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct BoxRay {
-    pub(crate) side: usize,
+pub struct BoxRay {
+    /// The side that it leaves by.
+    pub side: usize,
     /// Where on the side, in views from the first.
-    pub(crate) st: Vec2,
+    pub st: Vec2,
     /// Its direction, x and y across the side's axis and z along it; the sum of their sizes is 1.
-    pub(crate) direction: Vec3,
+    pub direction: Vec3,
     /// How far that is from the point that it was asked for, in scene units.
-    pub(crate) ahead: f32,
+    pub ahead: f32,
 }
 
 /// The views about a region.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct BoxLayout {
-    pub(crate) region: Aabb,
+pub struct BoxLayout {
+    /// The region.
+    pub region: Aabb,
     /// Pixels a side of a view.
     pub(crate) uv: u32,
-    pub(crate) sides: [BoxSide; SIDES],
+    /// The views of every side.
+    pub sides: [BoxSide; SIDES],
     /// The longest step from view to view: parallaxes are this by a distance.
     pub(crate) unit: f32,
 }
@@ -72,12 +75,12 @@ impl BoxSide {
     }
 
     /// Position of a view, in world space.
-    pub(crate) fn eye(&self, s: u32, t: u32) -> Vec3 {
+    pub fn eye(&self, s: u32, t: u32) -> Vec3 {
         along(self.axis, self.plane, self.low + self.spacing * Vec2::new(s as f32, t as f32))
     }
 
     /// A direction across and along the side's axis, in world space.
-    pub(crate) fn in_world(&self, direction: Vec3) -> Vec3 {
+    pub fn in_world(&self, direction: Vec3) -> Vec3 {
         along(self.axis, direction.z * self.sign, direction.truncate())
     }
 
@@ -91,7 +94,7 @@ impl BoxSide {
 impl BoxLayout {
     /// About a region with a size along all axes, with about as many views as slabs of `st` x `st` have, never more:
     /// as many a length everywhere, but two along each edge at least; `st` is at least 2.
-    pub(crate) fn new(region: Aabb, st: u32, uv: u32) -> Self {
+    pub fn new(region: Aabb, st: u32, uv: u32) -> Self {
         let counts = counts(region.size(), st);
         let mut sides = [0, 1, 2, 3, 4, 5].map(|index| BoxSide::new(index, &region, counts, 0));
         let mut rows = 0;
@@ -115,7 +118,7 @@ impl BoxLayout {
     /// Where the ray from a point leaves the box; returns `None` for rays that miss it, or begin beyond it. All rays
     /// from points of the region leave it.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn locate(&self, point: Vec3, direction: Vec3) -> Option<BoxRay> {
+    pub fn locate(&self, point: Vec3, direction: Vec3) -> Option<BoxRay> {
         let size = direction.abs().element_sum();
         if !(size > 0.0 && size.is_finite() && point.is_finite()) {
             return None;
@@ -151,14 +154,14 @@ impl BoxLayout {
 
     /// The direction of a place of a view, in pixels from the corner of the first; what lies beside the view is moved
     /// to its border.
-    pub(crate) fn direction_of(&self, pixel: Vec2) -> Vec3 {
+    pub fn direction_of(&self, pixel: Vec2) -> Vec3 {
         let place = (pixel * (2.0 / self.uv as f32) - 1.0).clamp(Vec2::NEG_ONE, Vec2::ONE);
         hemi_octahedron::direction(place)
     }
 
     /// The place of a direction in a view, in pixels from the corner of the first.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn pixel_of(&self, direction: Vec3) -> Vec2 {
+    pub fn pixel_of(&self, direction: Vec3) -> Vec2 {
         (hemi_octahedron::place(direction) + 1.0) * (0.5 * self.uv as f32)
     }
 }
@@ -178,81 +181,4 @@ fn counts(size: Vec3, st: u32) -> [u32; 3] {
         if middle > 0.0 && total(of(middle)) <= most { long = middle } else { short = middle }
     }
     of(long)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    fn vector(random: &mut Stream) -> Vec3 {
-        Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
-    }
-
-    /// All rays of a box that is no cube leave by a view of one side, and come back from there.
-    #[test]
-    fn every_ray_that_leaves_the_region_is_kept_and_found_again() {
-        let region = Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) };
-        let layout = BoxLayout::new(region, 9, 16);
-        let mut random = Stream::new(17);
-        let count = if cfg!(debug_assertions) { 200_000 } else { 5_000_000 };
-        for _ in 0..count {
-            let point = region.center() + region.size() * 0.5 * vector(&mut random);
-            let direction = vector(&mut random);
-            let Some(ray) = layout.locate(point, direction) else { panic!("{point} {direction} is not kept") };
-            let side = &layout.sides[ray.side];
-            assert!(ray.direction.z >= 0.0 && ray.ahead >= 0.0);
-            let exit = along(side.axis, side.plane, side.low + side.spacing * ray.st);
-            let long = point + direction.normalize() * ray.ahead;
-            assert!(exit.distance(long) < 1e-4, "{exit} {long}");
-            // By way of the view's pixels.
-            let back = side.in_world(layout.direction_of(layout.pixel_of(ray.direction)));
-            assert!(back.angle_between(direction) < 1e-3, "{direction} became {back}");
-            // And again, from where it leaves.
-            let again = layout.locate(exit - back * 1e-3, back).map(|again| (again.side, again.st));
-            let (found, st) = again.unwrap_or_else(|| panic!("{exit} {back} is not kept"));
-            assert!(found != ray.side || st.distance(ray.st) < 1e-2, "{st} {}", ray.st);
-        }
-    }
-
-    #[test]
-    fn views_are_spread_evenly_and_are_no_more_than_those_of_slabs() {
-        for size in [Vec3::ONE, Vec3::new(1.0, 2.0, 0.02), Vec3::new(1e-3, 5.0, 1e-3), Vec3::new(1e4, 1e4, 1.0)] {
-            for st in [2, 3, 16, 64, 256] {
-                let layout = BoxLayout::new(Aabb { min: Vec3::ZERO, max: size }, st, 8);
-                let views: u32 = layout.sides.iter().map(|side| side.counts[0] * side.counts[1]).sum();
-                assert!(views <= 6 * st * st, "{size} {st}: {views}");
-                assert!(views * 2 > 6 * st * st || st < 4, "{size} {st}: {views}");
-                for side in &layout.sides {
-                    assert!(side.counts.iter().all(|count| *count >= 2));
-                    let last = side.eye(side.counts[0] - 1, side.counts[1] - 1);
-                    let far = across(side.axis, last - layout.region.max).abs().max_element();
-                    assert!(far <= 1e-4 * size.max_element(), "the last view is in the corner");
-                }
-            }
-        }
-        let cube = BoxLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 16, 8);
-        assert!(cube.sides.iter().all(|side| side.counts == [16; 2]));
-    }
-
-    #[test]
-    fn rays_that_miss_the_region_or_mean_nothing_are_not_kept() {
-        let layout = BoxLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 5, 8);
-        for (point, direction) in [
-            (Vec3::new(0.5, 0.5, 3.0), Vec3::new(1.0, 0.0, 0.1)),
-            (Vec3::new(0.5, 0.5, 3.0), Vec3::Z),
-            (Vec3::new(0.5, 0.5, 3.0), Vec3::X),
-            (Vec3::NAN, Vec3::X),
-            (Vec3::new(0.5, f32::NAN, 0.5), Vec3::X),
-            (Vec3::splat(0.5), Vec3::ZERO),
-            (Vec3::splat(0.5), Vec3::new(1.0, f32::NAN, 0.0)),
-            (Vec3::splat(0.5), Vec3::INFINITY),
-        ] {
-            assert_eq!(layout.locate(point, direction), None, "{point} {direction}");
-        }
-        // Along an axis, and from a corner.
-        assert!(layout.locate(Vec3::splat(0.5), Vec3::NEG_Y).is_some_and(|ray| ray.side == 3));
-        assert!(layout.locate(Vec3::ONE, Vec3::ONE).is_some());
-        assert!(layout.locate(Vec3::ZERO, Vec3::X).is_some_and(|ray| ray.side == 0));
-    }
 }

@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 pub(crate) const STEEPEST: f32 = 1.0625;
 
 /// Slabs, in the order +x, -x, +y, -y, +z, -z of the directions that they hold.
-pub(crate) const SLABS: usize = 6;
+pub const SLABS: usize = 6;
 
 /// One slab: a plane of views (st) on a face of the region, that look out of it along an axis.
 ///
@@ -19,51 +19,54 @@ pub(crate) const SLABS: usize = 6;
 /// component, meets the face's plane no further beside the face than the region is deep: for a cube of side l the plane
 /// of views has side 3l (section 5).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Slab {
+pub struct Slab {
     /// The axis along which it looks.
-    pub(crate) axis: usize,
+    pub axis: usize,
     /// 1 where it looks along the axis, -1 where against.
-    pub(crate) sign: f32,
+    pub sign: f32,
     /// The plane of the views: this coordinate along the axis.
-    pub(crate) plane: f32,
+    pub plane: f32,
     /// The other two coordinates of the first view.
-    pub(crate) low: Vec2,
+    pub low: Vec2,
     /// Steps from view to view, one over them, and as shares of the longer.
-    pub(crate) spacing: Vec2,
+    pub spacing: Vec2,
     per_step: Vec2,
     pub(crate) aspect: Vec2,
     /// The parallax of its focal plane, from view to view along the longer spacing.
-    pub(crate) focal: f32,
+    pub focal: f32,
 }
 
 /// Rays in slabs, side by side, component by component: the compiler makes vector instructions of loops over them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SlabRays<const LANES: usize> {
+pub struct SlabRays<const LANES: usize> {
     /// 1 where a slab holds the ray; else 0, and the rest means nothing, but is finite.
-    pub(crate) held: Lanes<LANES>,
-    pub(crate) slab: [u32; LANES],
+    pub held: Lanes<LANES>,
+    /// The number of the slab.
+    pub slab: [u32; LANES],
     /// Intersection with the plane of views, in views from the first.
-    pub(crate) st: [Lanes<LANES>; 2],
+    pub st: [Lanes<LANES>; 2],
     /// Its direction: steps along the other axes a step along the slab's.
-    pub(crate) slope: [Lanes<LANES>; 2],
+    pub slope: [Lanes<LANES>; 2],
     /// How far along the axis the plane lies ahead of the point that it was asked for.
     pub(crate) ahead: Lanes<LANES>,
 }
 
 /// The slabs about a region.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SlabLayout {
-    pub(crate) region: Aabb,
+pub struct SlabLayout {
+    /// The region.
+    pub region: Aabb,
     /// Views a side of a slab.
     pub(crate) st: u32,
     /// Pixels a side of a view.
     pub(crate) uv: u32,
-    pub(crate) slabs: [Slab; SLABS],
+    /// The slabs of +x, -x, +y, -y, +z and -z.
+    pub slabs: [Slab; SLABS],
 }
 
 /// The two coordinates across an axis.
 #[inline]
-pub(crate) fn across(axis: usize, of: Vec3) -> Vec2 {
+pub fn across(axis: usize, of: Vec3) -> Vec2 {
     match axis {
         0 => Vec2::new(of.y, of.z),
         1 => Vec2::new(of.z, of.x),
@@ -73,7 +76,7 @@ pub(crate) fn across(axis: usize, of: Vec3) -> Vec2 {
 
 /// The vector with a coordinate along an axis and two across it.
 #[inline]
-pub(crate) fn along(axis: usize, value: f32, across: Vec2) -> Vec3 {
+pub fn along(axis: usize, value: f32, across: Vec2) -> Vec3 {
     match axis {
         0 => Vec3::new(value, across.x, across.y),
         1 => Vec3::new(across.y, value, across.x),
@@ -123,18 +126,18 @@ impl Slab {
     }
 
     /// Position of a view, in world space.
-    pub(crate) fn eye(&self, s: u32, t: u32) -> Vec3 {
+    pub fn eye(&self, s: u32, t: u32) -> Vec3 {
         along(self.axis, self.plane, self.low + self.spacing * Vec2::new(s as f32, t as f32))
     }
 
     /// The direction with a slope, as long as it is along the axis 1.
-    pub(crate) fn direction(&self, slope: Vec2) -> Vec3 {
+    pub fn direction(&self, slope: Vec2) -> Vec3 {
         along(self.axis, self.sign, slope)
     }
 
     /// How far before the plane of views, along the axis, the ray through a place of it leaves the region: 0 where it
     /// leaves by that plane. Of rays that miss the region, where they are about nearest to it.
-    pub(crate) fn exit(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
+    pub fn exit(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
         let depth = region.size()[self.axis];
         let (low, high, at) = (across(self.axis, region.min), across(self.axis, region.max), across(self.axis, eye));
         // At a distance `back` before the plane the ray is at `at - slope back`.
@@ -152,7 +155,7 @@ impl Slab {
 
     /// How far before the plane of views, along the axis, a ray is where it is nearest to the middle of the region, on
     /// its way through that; of rays that miss it, [`Self::exit`].
-    pub(crate) fn nearest(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
+    pub fn nearest(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
         let long = self.direction(slope);
         let (one, other) = ((eye - region.min) / long, (eye - region.max) / long);
         // Axes that the ray is across are at both infinities, or no numbers where it runs along a side.
@@ -167,14 +170,14 @@ impl Slab {
 
 impl SlabLayout {
     /// About a region with a size along all axes; `st` is at least 2.
-    pub(crate) fn new(region: Aabb, st: u32, uv: u32) -> Self {
+    pub fn new(region: Aabb, st: u32, uv: u32) -> Self {
         Self { region, st, uv, slabs: [0, 1, 2, 3, 4, 5].map(|index| Slab::new(index, &region, st)) }
     }
 
     /// The rays from points, where slabs hold them: all from points of the region are held. The largest component of
     /// the direction chooses the slab (section 5).
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn locate<const LANES: usize>(
+    pub fn locate<const LANES: usize>(
         &self,
         points: &Vec3Lanes<LANES>,
         directions: &Vec3Lanes<LANES>,
@@ -258,92 +261,5 @@ impl SlabLayout {
     /// The pixel of a slope.
     pub(crate) fn place_of(&self, slope: Vec2) -> Vec2 {
         (slope + STEEPEST) / self.pixel()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    fn vector(random: &mut Stream) -> Vec3 {
-        Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
-    }
-
-    /// One ray with its slab, place on the plane of views and slope.
-    fn located(layout: &SlabLayout, point: Vec3, direction: Vec3) -> Option<(Slab, Vec2, Vec2)> {
-        let ray = layout.locate(&Vec3Lanes::one(point), &Vec3Lanes::one(direction));
-        let pair = |of: [Lanes<1>; 2]| Vec2::new(of[0][0], of[1][0]);
-        (ray.held[0] > 0.0).then(|| (layout.slabs[ray.slab[0] as usize], pair(ray.st), pair(ray.slope)))
-    }
-
-    /// All rays of a box that is no cube, in ten million tries in release.
-    #[test]
-    fn every_ray_through_the_region_is_in_a_slab() {
-        let region = Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) };
-        let layout = SlabLayout::new(region, 9, 16);
-        let mut random = Stream::new(17);
-        let count = if cfg!(debug_assertions) { 200_000 } else { 10_000_000 };
-        for _ in 0..count {
-            let point = region.center() + region.size() * 0.5 * vector(&mut random);
-            let direction = vector(&mut random);
-            let found = located(&layout, point, direction);
-            let (slab, st, slope) = found.unwrap_or_else(|| panic!("{point} {direction} is not held"));
-            assert!(slope.abs().max_element() <= 1.0 + 1e-6);
-            // It is that ray: the point lies on the line through the place of the plane with that slope.
-            let on_plane = along(slab.axis, slab.plane, slab.low + slab.spacing * st);
-            let back = slab.direction(slope);
-            let to_point = point - on_plane;
-            let off = to_point - back * (to_point.dot(back) / back.length_squared());
-            assert!(off.length() < 1e-4 && back.dot(direction) > 0.0, "{point} {direction}: {off}");
-        }
-    }
-
-    #[test]
-    fn a_cube_has_views_over_three_times_its_side() {
-        let layout = SlabLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::splat(2.0) }, 4, 8);
-        for slab in &layout.slabs {
-            assert_eq!(slab.spacing * 3.0, Vec2::splat(6.0));
-        }
-    }
-
-    #[test]
-    fn rays_leave_the_region_and_are_nearest_to_its_middle() {
-        let region = Aabb { min: Vec3::new(-1.0, -0.5, -0.25), max: Vec3::new(1.0, 0.5, 0.25) };
-        let layout = SlabLayout::new(region, 5, 8);
-        let mut random = Stream::new(5);
-        for _ in 0..2000 {
-            let point = region.center() + region.size() * 0.5 * vector(&mut random);
-            let direction = vector(&mut random).normalize();
-            let Some((slab, st, slope)) = located(&layout, point, direction) else { panic!("{point} {direction}") };
-            let eye = along(slab.axis, slab.plane, slab.low + slab.spacing * st);
-            let start = eye - slab.direction(slope) * slab.exit(&region, eye, slope);
-            // On the region's surface, and not before the point.
-            let outside = |place: Vec3| (region.min - place).max(place - region.max).max_element();
-            assert!(outside(start).abs() < 1e-4, "{start} is {} outside", outside(start));
-            assert!((start - point).dot(direction) > -1e-4);
-            let start = eye - slab.direction(slope) * slab.nearest(&region, eye, slope);
-            assert!(outside(start) < 1e-4, "{start} is outside");
-            // Nowhere in the region is the ray nearer to the middle.
-            let nearer = region.center().distance(point) < region.center().distance(start) - 1e-4;
-            assert!(!nearer, "{point} is nearer than {start}");
-        }
-    }
-
-    #[test]
-    fn rays_that_miss_the_region_or_mean_nothing_are_not_held() {
-        let layout = SlabLayout::new(Aabb { min: Vec3::ZERO, max: Vec3::ONE }, 5, 8);
-        for (point, direction) in [
-            (Vec3::new(0.5, 0.5, 3.0), Vec3::new(1.0, 0.0, 0.1)),
-            (Vec3::NAN, Vec3::X),
-            (Vec3::new(0.5, f32::NAN, 0.5), Vec3::X),
-            (Vec3::new(0.5, 0.5, f32::NAN), Vec3::X),
-            (Vec3::splat(0.5), Vec3::ZERO),
-            (Vec3::splat(0.5), Vec3::new(1.0, f32::NAN, 0.0)),
-            (Vec3::splat(0.5), Vec3::new(1.0, 0.0, f32::NAN)),
-            (Vec3::splat(0.5), Vec3::INFINITY),
-        ] {
-            assert_eq!(located(&layout, point, direction), None, "{point} {direction}");
-        }
     }
 }

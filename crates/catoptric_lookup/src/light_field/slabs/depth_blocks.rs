@@ -13,13 +13,13 @@ const SIDE: usize = 4;
 const FITS: usize = 3;
 
 /// Bytes of a view of `side` pixels a side.
-pub(crate) fn byte_count(side: u32) -> usize {
+pub fn byte_count(side: u32) -> usize {
     let across = side.div_ceil(SIDE as u32) as usize;
     across * across * BLOCK_BYTES
 }
 
 /// Appends the blocks of a view: `side` pixels a side, row by row.
-pub(crate) fn compress(side: u32, view: &[i16], bytes: &mut Vec<u8>) {
+pub fn compress(side: u32, view: &[i16], bytes: &mut Vec<u8>) {
     let side = side as usize;
     for top in (0..side).step_by(SIDE) {
         for left in (0..side).step_by(SIDE) {
@@ -35,7 +35,7 @@ pub(crate) fn compress(side: u32, view: &[i16], bytes: &mut Vec<u8>) {
 
 /// The parallax of a pixel in the blocks of a view of `side` pixels a side; 0 where there is none.
 #[inline(always)] // for the instructions of its caller
-pub(crate) fn at(side: u32, blocks: &[u8], x: u32, y: u32) -> i16 {
+pub fn at(side: u32, blocks: &[u8], x: u32, y: u32) -> i16 {
     let number = (y / SIDE as u32 * side.div_ceil(SIDE as u32) + x / SIDE as u32) as usize;
     let block = blocks.get(number * BLOCK_BYTES..).and_then(|rest| rest.first_chunk::<BLOCK_BYTES>());
     let bits = block.map_or(0, |block| u64::from_le_bytes(*block));
@@ -96,50 +96,4 @@ fn packed_block(pixels: &[i16; 16]) -> [u8; BLOCK_BYTES] {
     let of_pixels = chosen.iter().rev().fold(0, |bits, index| bits << 2 | *index as u64);
     let [low, high] = ends.map(|end| u64::from(end as u16));
     (low | high << 16 | of_pixels << 32).to_le_bytes()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    fn restored(side: u32, view: &[i16]) -> Vec<i16> {
-        let mut bytes = Vec::new();
-        compress(side, view, &mut bytes);
-        assert_eq!(bytes.len(), byte_count(side));
-        (0..side * side).map(|pixel| at(side, &bytes, pixel % side, pixel / side)).collect()
-    }
-
-    #[test]
-    fn two_surfaces_keep_their_parallaxes() {
-        for side in [1, 3, 4, 9, 16] {
-            let edge = |pixel: u32| if (pixel % side) * 2 > pixel / side { -20_000 } else { 31_000 };
-            let view: Vec<i16> = (0..side * side).map(edge).collect();
-            assert_eq!(restored(side, &view), view, "{side}");
-        }
-    }
-
-    /// Off by no more than a sixth of what a block ranges over, and the rounding.
-    #[test]
-    fn smooth_surfaces_are_off_by_a_sixth_of_a_block_at_most() {
-        let mut random = Stream::new(9);
-        for _ in 0..200 {
-            let [base, across, down] = [0; 3].map(|_| random.next_between(-2000.0, 2000.0));
-            let plane = |pixel: u32| (base + across * (pixel % 8) as f32 + down * (pixel / 8) as f32) as i16;
-            let view: Vec<i16> = (0..64).map(plane).collect();
-            let range = 3.0 * (across.abs() + down.abs());
-            for (found, wanted) in restored(8, &view).iter().zip(&view) {
-                let off = f32::from(*found) - f32::from(*wanted);
-                // Fits are nearer in the mean, and may be further at one pixel.
-                assert!(off.abs() <= range / 5.0 + 2.0, "{off} of {range}");
-            }
-        }
-    }
-
-    #[test]
-    fn extremes_and_missing_blocks_are_numbers() {
-        let view: Vec<i16> = (0..16).map(|pixel| if pixel % 2 == 0 { i16::MIN } else { i16::MAX }).collect();
-        assert_eq!(restored(4, &view), view);
-        assert_eq!(at(8, &[], 3, 3), 0);
-    }
 }

@@ -8,9 +8,10 @@ use std::borrow::Cow;
 
 /// Sizes of views and of what is kept of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ViewForm {
+pub struct ViewForm {
     pub(crate) compression: Compression,
-    pub(crate) levels: ViewLevels,
+    /// The levels of a view.
+    pub levels: ViewLevels,
     /// Where the blocks of each level begin in a view's, in bytes.
     first_bytes: Vec<usize>,
     block_bytes: usize,
@@ -21,18 +22,20 @@ pub(crate) struct ViewForm {
 
 /// One row of views, wherever and in whichever form it is kept.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct RowView<'a> {
+pub struct RowView<'a> {
     /// Empty where views are compressed.
-    pub(crate) texels: &'a [u32],
-    pub(crate) parallax: &'a [i16],
+    pub texels: &'a [u32],
+    /// The parallax of every ray; empty where views are compressed.
+    pub parallax: &'a [i16],
     /// Blocks of all levels of a view, view after view; empty where views are not compressed.
-    pub(crate) blocks: &'a [u8],
-    pub(crate) depths: &'a [u8],
+    pub blocks: &'a [u8],
+    /// Blocks of depths, view after view; empty where views are not compressed.
+    pub depths: &'a [u8],
 }
 
 impl ViewForm {
     /// Of views of `side` pixels a side.
-    pub(crate) fn new(side: u32, compression: Compression) -> Self {
+    pub fn new(side: u32, compression: Compression) -> Self {
         let levels = ViewLevels::new(side);
         let (mut first_bytes, mut sum) = (Vec::new(), 0);
         for &(_, side) in &levels.levels {
@@ -53,23 +56,24 @@ impl ViewForm {
         self.levels.levels.first().map_or(0, |level| level.1)
     }
 
-    pub(crate) fn rays_a_view(&self) -> u64 {
+    /// Pixels of a view.
+    pub fn rays_a_view(&self) -> u64 {
         u64::from(self.side()) * u64::from(self.side())
     }
 
     /// Bytes of a view, in memory and baked.
-    pub(crate) fn bytes_a_view(&self) -> usize {
+    pub fn bytes_a_view(&self) -> usize {
         self.light_bytes + self.depth_bytes
     }
 
     /// Those of its light.
-    pub(crate) fn light_bytes(&self) -> usize {
+    pub fn light_bytes(&self) -> usize {
         self.light_bytes
     }
 
     /// The parallax of a pixel, as it is stored; 0 where there is none.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn parallax(&self, row: &RowView<'_>, view: u32, x: u32, y: u32) -> i16 {
+    pub fn parallax(&self, row: &RowView<'_>, view: u32, x: u32, y: u32) -> i16 {
         let side = self.side();
         if self.compression == Compression::None {
             let index = ((view * side + y) * side + x) as usize;
@@ -81,7 +85,7 @@ impl ViewForm {
     /// The packed radiance of a texel of a view's level and of those beside, below, and beside that one, which the
     /// level must have; where it has one texel a side, of that one four times.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn four(&self, row: &RowView<'_>, view: u32, level: usize, low: [u32; 2]) -> [u32; 4] {
+    pub fn four(&self, row: &RowView<'_>, view: u32, level: usize, low: [u32; 2]) -> [u32; 4] {
         if self.compression == Compression::None {
             self.four_numbers(row, view, level, low)
         } else {
@@ -119,7 +123,7 @@ impl ViewForm {
     }
 
     /// The packed radiance of all levels of a row's views.
-    pub(crate) fn texels<'a>(&self, row: &RowView<'a>) -> Cow<'a, [u32]> {
+    pub fn texels<'a>(&self, row: &RowView<'a>) -> Cow<'a, [u32]> {
         if self.compression == Compression::None {
             return row.texels.into();
         }
@@ -134,7 +138,7 @@ impl ViewForm {
     }
 
     /// The parallaxes of a row's views, as they are stored.
-    pub(crate) fn parallaxes<'a>(&self, row: &RowView<'a>) -> Cow<'a, [i16]> {
+    pub fn parallaxes<'a>(&self, row: &RowView<'a>) -> Cow<'a, [i16]> {
         if self.compression == Compression::None {
             return row.parallax.into();
         }
@@ -142,53 +146,5 @@ impl ViewForm {
         let pixels =
             |blocks| (0..side * side).map(move |pixel| depth_blocks::at(side, blocks, pixel % side, pixel / side));
         row.depths.chunks_exact(self.depth_bytes).flat_map(pixels).collect::<Vec<i16>>().into()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::light_field::slabs::rows::ViewRow;
-    use catoptric_core::math::random::Stream;
-    use glam::Vec3;
-
-    /// What is read texel by texel is what is decompressed at once.
-    #[test]
-    fn four_texels_are_those_of_the_view() {
-        let mut random = Stream::new(11);
-        for (compression, side) in
-            [(Compression::None, 9), (Compression::Bc1, 9), (Compression::Bc6h, 8), (Compression::Bc7, 13)]
-        {
-            let form = ViewForm::new(side, compression);
-            let mut row = ViewRow::default();
-            for _ in 0..3 {
-                let light = |_| packed(Vec3::from([0; 3].map(|_| random.next_unit())));
-                row.texels.extend((0..side * side).map(light));
-                form.levels.append(&mut row.texels);
-                row.parallax.extend((0..side * side).map(|k| (k * 577) as i16));
-            }
-            let bytes = row.baked(&form);
-            assert_eq!(bytes.len(), 3 * form.bytes_a_view());
-            let (blocks, depths) = bytes.split_at(3 * form.light_bytes());
-            let kept = match compression {
-                Compression::None => RowView { texels: &row.texels, parallax: &row.parallax, ..RowView::default() },
-                _ => RowView { blocks, depths, ..RowView::default() },
-            };
-            let (texels, parallaxes) = (form.texels(&kept), form.parallaxes(&kept));
-            assert_eq!((texels.len(), parallaxes.len()), (row.texels.len(), row.parallax.len()));
-            for (level, &(first, side)) in form.levels.levels.iter().enumerate() {
-                for (x, y) in (0..side.max(2) - 1).flat_map(|y| (0..side.max(2) - 1).map(move |x| (x, y))) {
-                    let at = |x: u32, y: u32| texels[(2 * form.levels.count + first + y * side + x) as usize];
-                    let next = u32::from(side > 1);
-                    let expected = [at(x, y), at(x + next, y), at(x, y + next), at(x + next, y + next)];
-                    assert_eq!(form.four(&kept, 2, level, [x, y]), expected, "{compression:?} {level} {x} {y}");
-                }
-            }
-            for pixel in 0..side * side {
-                let expected = parallaxes[(side * side + pixel) as usize];
-                assert_eq!(form.parallax(&kept, 1, pixel % side, pixel / side), expected);
-            }
-            assert_eq!(form.four(&RowView::default(), 0, 0, [0, 0]), [0; 4]);
-        }
     }
 }

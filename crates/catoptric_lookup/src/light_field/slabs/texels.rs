@@ -7,16 +7,16 @@ const MANTISSA_BITS: i32 = 9;
 const BIAS: i32 = 15;
 
 /// The greatest radiance that can be stored.
-const LARGEST: f32 = (511.0 / 512.0) * 65536.0;
+pub const LARGEST: f32 = (511.0 / 512.0) * 65536.0;
 
 /// The greatest parallax that is stored: in units of the slope, from view to view along the longer spacing. What is
 /// nearer is out of sight of the next view anyway.
-const MAX_PARALLAX: f32 = 2.0;
+pub const MAX_PARALLAX: f32 = 2.0;
 
 /// Radiance as three mantissas of nine bits with one exponent: an error of 1/512 of the largest component, or of 2^-25,
 /// at the most. What is below 0 becomes 0, and what is too large (above 65,408) the largest that can be stored.
 #[inline]
-pub(crate) fn packed(radiance: Vec3) -> u32 {
+pub fn packed(radiance: Vec3) -> u32 {
     // NaN is not above 0.
     let [r, g, b] = radiance.to_array().map(|value| if value > 0.0 { value.min(LARGEST) } else { 0.0 });
     let largest = r.max(g).max(b);
@@ -39,34 +39,35 @@ pub(crate) fn scale(bits: u32) -> f32 {
 }
 
 /// The radiance of a packed number.
-pub(crate) fn unpacked(bits: u32) -> Vec3 {
+pub fn unpacked(bits: u32) -> Vec3 {
     let mantissa = |component: usize| (bits & MASKS[component]) as f32 * SHIFTED[component];
     Vec3::new(mantissa(0), mantissa(1), mantissa(2)) * scale(bits)
 }
 
 /// A parallax as it is stored.
-pub(crate) fn stored(parallax: f32) -> i16 {
+pub fn stored(parallax: f32) -> i16 {
     // Casts saturate; what is not a number becomes 0.
     (parallax * (f32::from(i16::MAX) / MAX_PARALLAX)).round() as i16
 }
 
 /// The parallax that is stored so.
 #[inline(always)] // for the instructions of its caller
-pub(crate) fn restored(parallax: i16) -> f32 {
+pub fn restored(parallax: i16) -> f32 {
     f32::from(parallax) * (MAX_PARALLAX / f32::from(i16::MAX))
 }
 
 /// Levels of a view: the first texel of each, from the finest, and its pixels a side.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct ViewLevels {
-    pub(crate) levels: Vec<(u32, u32)>,
+pub struct ViewLevels {
+    /// The first texel of each level and its pixels a side.
+    pub levels: Vec<(u32, u32)>,
     /// Texels of all levels.
-    pub(crate) count: u32,
+    pub count: u32,
 }
 
 impl ViewLevels {
     /// Levels of views with `side` pixels a side: halves, without the last row and column of odd ones, down to 1.
-    pub(crate) fn new(side: u32) -> Self {
+    pub fn new(side: u32) -> Self {
         let (mut levels, mut count, mut side) = (Vec::new(), 0, side);
         while side > 0 {
             levels.push((count, side));
@@ -77,7 +78,7 @@ impl ViewLevels {
     }
 
     /// Appends the coarser levels of a view to its finest.
-    pub(crate) fn append(&self, view: &mut Vec<u32>) {
+    pub fn append(&self, view: &mut Vec<u32>) {
         let base = view.len() - (self.levels[0].1 * self.levels[0].1) as usize;
         for pair in self.levels.windows(2) {
             let [(fine, wide), (_, side)] = [pair[0], pair[1]];
@@ -90,57 +91,5 @@ impl ViewLevels {
                 }
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    #[test]
-    fn packed_radiance_is_off_by_a_half_of_the_last_bit() {
-        let mut random = Stream::new(4);
-        for case in 0..100_000 {
-            let size = 2.0f32.powf(random.next_between(-12.0, 15.9));
-            let mut radiance = Vec3::from([0; 3].map(|_| random.next_unit())) * size;
-            if case % 7 == 0 {
-                radiance.y = radiance.x;
-            }
-            let found = unpacked(packed(radiance));
-            let limit = (radiance.max_element() * (0.5 / 256.0)).max(0.5f32.powi(25)) * 1.00001;
-            assert!((found - radiance).abs().max_element() <= limit, "{radiance} became {found}");
-        }
-    }
-
-    #[test]
-    fn what_cannot_be_stored_becomes_what_can() {
-        assert_eq!(unpacked(packed(Vec3::ZERO)), Vec3::ZERO);
-        assert_eq!(unpacked(packed(Vec3::NAN)), Vec3::ZERO);
-        assert_eq!(unpacked(packed(Vec3::new(-1.0, f32::INFINITY, 0.0))), Vec3::new(0.0, LARGEST, 0.0));
-        assert_eq!(unpacked(packed(Vec3::ONE)), Vec3::ONE);
-        assert!(unpacked(packed(Vec3::splat(1e-9))).length() < 1e-4);
-        assert!(unpacked(packed(Vec3::splat(511.9))).distance(Vec3::splat(512.0)) < 1.0);
-    }
-
-    #[test]
-    fn coarser_levels_hold_the_mean() {
-        let levels = ViewLevels::new(8);
-        assert_eq!(levels.levels, [(0, 8), (64, 4), (80, 2), (84, 1)]);
-        let mut view: Vec<u32> = (0..64).map(|k| packed(Vec3::splat(k as f32))).collect();
-        levels.append(&mut view);
-        assert_eq!(view.len(), levels.count as usize);
-        assert!((unpacked(view[84]).x - 31.5).abs() < 0.1);
-        assert_eq!(ViewLevels::new(5).levels, [(0, 5), (25, 2), (29, 1)]);
-    }
-
-    #[test]
-    fn parallax_is_kept_to_a_ten_thousandth() {
-        for parallax in [0.0, 0.1, -1.3, 1.99] {
-            assert!((restored(stored(parallax)) - parallax).abs() < 1e-4);
-        }
-        assert_eq!(restored(stored(9.0)), MAX_PARALLAX);
-        assert_eq!(restored(stored(f32::NAN)), 0.0);
-        assert!(restored(stored(f32::NEG_INFINITY)) < -1.99);
     }
 }

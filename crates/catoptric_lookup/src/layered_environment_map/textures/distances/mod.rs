@@ -2,9 +2,6 @@
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
-#[cfg(test)]
-mod tests;
-
 use super::bounds::{DepthBounds, Range};
 use super::depths::{Depth, Depths};
 use super::texels::TexelLayout;
@@ -50,8 +47,9 @@ const ON_SHELL: f32 = 1e-3;
 /// distance: a shell that is grown by that share about the centre goes through it. Also how far that thing reaches
 /// behind what is shown: rays that come past its edge meet it there, and pass what is further behind.
 #[derive(Clone, Debug)]
-pub(crate) struct Distances {
-    layout: TexelLayout,
+pub struct Distances {
+    /// Where its texels are.
+    pub layout: TexelLayout,
     depths: Depths,
     /// The smallest and the largest finite share of what is shown.
     range: [f32; 2],
@@ -167,15 +165,15 @@ fn is_on(own: f32, front: f32, back: f32) -> bool {
 
 /// Rays as they meet what is shown.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct HitLanes<const LANES: usize> {
+pub struct HitLanes<const LANES: usize> {
     /// Distance along the ray.
-    pub(crate) distance: Lanes<LANES>,
+    pub distance: Lanes<LANES>,
     /// Factor by which the shell is grown to go through the hit.
-    pub(crate) share: Lanes<LANES>,
+    pub share: Lanes<LANES>,
     /// True for rays that hit a surface.
-    pub(crate) is_met: [bool; LANES],
+    pub is_met: [bool; LANES],
     /// True for rays that meet the grown shell there from outside, towards the centre.
-    pub(crate) is_inward: [bool; LANES],
+    pub is_inward: [bool; LANES],
     /// Distance along the ray at which it leaves the grown shell.
     pub(crate) outward: Lanes<LANES>,
 }
@@ -191,7 +189,7 @@ impl<const LANES: usize> HitLanes<LANES> {
 
 impl Distances {
     /// Distances of a texture's finest level.
-    pub(crate) fn new(shell: &Shell, layout: TexelLayout, depths: &[Depth]) -> Self {
+    pub fn new(shell: &Shell, layout: TexelLayout, depths: &[Depth]) -> Self {
         let known = depths.iter().enumerate().filter(|(_, depth)| depth.front.is_finite());
         let distance = |(texel, depth): (usize, &Depth)| {
             let direction = shell.towards(layout.middle_of(texel as u32)).normalize();
@@ -233,7 +231,7 @@ impl Distances {
     /// direction, or within what reaches behind that. Rays that are not wanted meet nothing. What a ray meets does not
     /// depend on those beside it.
     #[inline(always)] // for the instructions of its caller
-    pub(crate) fn met<const LANES: usize>(
+    pub fn met<const LANES: usize>(
         &self,
         shell: &Shell,
         rays: &RayLanes<LANES>,

@@ -1,12 +1,21 @@
-//! Tests of inference as a whole: its matrix, its solutions, and the pictures that it takes.
+//! Inference as a whole: its matrix, its solutions, and the pictures that it takes.
 
-use super::*;
-use crate::layered_environment_map::textures::maps::radiance;
+mod direct;
+mod least_squares;
+mod observations;
+
 use catoptric_core::math::Aabb;
 use catoptric_core::math::random::Stream;
+use catoptric_core::progress::Silent;
+use catoptric_core::scene::{Scene, View};
 use catoptric_engine::light::tracer::Tracer;
+use catoptric_lookup::layered_environment_map::LayeredEnvironmentMapSettings;
+use catoptric_lookup::parts::{
+    Equations, HIDDEN_WEIGHT, Inference, Layer, LayerGeometry, LayerTexture, Observations, Observer, STOP, equations,
+    picture_of, radiance,
+};
 use catoptric_scenes::builtin;
-use glam::{Vec3, Vec4Swizzles};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 use std::collections::BTreeSet;
 
 /// A built-in scene, all of whose reflectors and lenses are one group.
@@ -32,6 +41,21 @@ fn picture(inference: &Inference<'_>, observer: &Observer<'_>, viewpoint: u32, o
     picture_of(inference.scene, &observer.known.group, eye, inference.settings.picture_size)
 }
 
+/// Sum of the squares of every texel's weights.
+fn squares(equations: &Equations, count: usize) -> Vec<f32> {
+    let mut squares = vec![0.0; count];
+    let terms = equations.texels.iter().zip(&equations.weights);
+    terms.for_each(|(texel, weight)| squares[*texel as usize] += weight * weight);
+    squares
+}
+
+/// Has equations hold for texels.
+fn show(equations: &mut Equations, texels: &[Vec4]) {
+    let mut values = vec![Vec4::ZERO; equations.values.len()];
+    equations.times(texels, &mut values);
+    equations.values = values;
+}
+
 #[test]
 fn textures_that_made_the_pictures_come_back() {
     // Pictures as they are made of a scene, where random textures with mip levels show in its place.
@@ -46,8 +70,8 @@ fn textures_that_made_the_pictures_come_back() {
                 (0..layout.texel_count()).map(|_| Vec4::new(eighths(), eighths(), 0.625, 1.0)).collect();
             layout.fill_coarser(&mut truth);
             let mut equations = Equations::joined(systems);
-            equations.show(&truth);
-            let read = equations.squares(layout.texel_count());
+            show(&mut equations, &truth);
+            let read = squares(&equations, layout.texel_count());
             let (found, residual) = inference.fitted(layer, equations);
             let mut checked = 0u32;
             let (mut off, mut was_off, mut worst) = (0.0f32, 0.0f32, 0.0f32);

@@ -1,12 +1,12 @@
-use super::*;
-use crate::layered_environment_map::textures::maps::Layer;
-use crate::layered_environment_map::textures::texture::LayerTexture;
+//! Rays that meet what textures show at its distances.
+
 use catoptric_core::math::Aabb;
 use catoptric_core::math::lanes::Vec3Lanes;
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::Ray;
 use catoptric_engine::light::parallax_proxy::ParallaxProxy;
-use glam::Vec2;
+use catoptric_lookup::parts::{Depth, Distances, Layer, LayerTexture, RayLanes, Shell, TexelLayout};
+use glam::{Vec2, Vec3};
 
 const RADIUS: f32 = 3.0;
 
@@ -158,7 +158,7 @@ fn what_a_thing_hides_goes_on_behind_it() {
     let (origin, target) = (Vec3::new(0.6, -0.3, 0.8), Vec3::new(2.4, -0.6, 0.0));
     assert!(through_ball(middle, radius, target.normalize()).is_some(), "the ball hides it from the centre");
     let found = met(&shell, &distances, origin, (target - origin).normalize()).expect("the floor goes on");
-    // It is the floor that is seen, beside the ball.
+    // The floor is seen, beside the ball.
     let texel = 2.0 / 256.0;
     assert!(found.angle_between(middle) > (radius / middle.length()).asin() - texel, "{found}");
     // Where the floor is in sight it is met where it is, on either side of the ball.

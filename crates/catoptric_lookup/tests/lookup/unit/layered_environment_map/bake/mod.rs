@@ -1,0 +1,4 @@
+//! Units of bakes and their files.
+
+mod stored;
+mod table;

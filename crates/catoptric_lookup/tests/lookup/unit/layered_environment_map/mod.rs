@@ -1,0 +1,7 @@
+//! Shells, textures and meshes of layers, what is inferred for them, and bakes.
+
+mod bake;
+mod inference;
+mod mesh;
+mod shells;
+mod textures;

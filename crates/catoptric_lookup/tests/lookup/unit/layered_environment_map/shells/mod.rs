@@ -1,0 +1,6 @@
+//! Shells of layers, and the viewpoints about them.
+
+mod layers;
+mod merging;
+mod shell;
+mod viewpoints;

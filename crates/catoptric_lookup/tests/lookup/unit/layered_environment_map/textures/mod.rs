@@ -1,0 +1,7 @@
+//! Textures on shells: depths, distances and texels.
+
+mod bounds;
+mod depths;
+mod distances;
+mod texels;
+mod texture;

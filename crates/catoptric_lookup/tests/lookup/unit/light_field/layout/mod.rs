@@ -1,0 +1,5 @@
+//! Where the views of light fields are.
+
+mod hemi_octahedron;
+mod region_box;
+mod slabs;

@@ -1,0 +1,5 @@
+//! Parts of the methods one by one.
+
+mod layered_environment_map;
+mod light_field;
+mod regions;
