@@ -17,9 +17,6 @@ mod shells;
 mod spheres;
 mod surfaces;
 
-#[cfg(test)]
-mod tests;
-
 pub use info::BuiltinInfo;
 pub use parameters::{Allowed, ParameterInfo};
 

@@ -37,18 +37,18 @@ pub(super) const TEAPOT: BuiltinInfo = BuiltinInfo {
 };
 
 /// Height of the vase.
-pub(super) const VASE_HEIGHT: f64 = 2.0;
+const VASE_HEIGHT: f64 = 2.0;
 /// Coefficients of the vase's radius a s^3 + b s^2 + c s + d, with s the height from 0 to 1.
 pub(super) const VASE_PROFILE: [f64; 4] = [5.80, -9.78, 3.90, 0.47];
 
 /// The vase's radius and its derivative by s, the height from 0 to 1.
-pub(super) fn vase_radius(s: f32) -> [f32; 2] {
+fn vase_radius(s: f32) -> [f32; 2] {
     let [a, b, c, d] = VASE_PROFILE.map(|coefficient| coefficient as f32);
     [((a * s + b) * s + c) * s + d, (3.0 * a * s + 2.0 * b) * s + c]
 }
 
 /// The wall of the vase: an open surface of revolution that stands on the xz plane.
-pub(super) fn vase_wall(tess: u32) -> Shape {
+fn vase_wall(tess: u32) -> Shape {
     let curve = |s: f32| {
         let [radius, change] = vase_radius(s);
         (Vec2::new(radius, s * VASE_HEIGHT as f32), Vec2::new(change, VASE_HEIGHT as f32))

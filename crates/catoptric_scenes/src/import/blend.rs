@@ -84,34 +84,3 @@ fn checked(key: &'static str, weights: [f64; 2]) -> Result<[f32; 2], KeyError> {
     }
     Ok(weights.map(|weight| weight as f32))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn keys_are_checked() {
-        let ramp = BlendKeys { fresnel: Some([0.25, 0.5]), ..BlendKeys::default() };
-        assert_eq!(ramp.blend().unwrap().unwrap().fresnel, Some([0.25, 0.5]));
-        assert_eq!(BlendKeys::default().blend().unwrap(), None);
-        let fading = |distance, specularity| BlendKeys {
-            attenuation: Some(AttenuationKeys { distance, specularity }),
-            ..BlendKeys::default()
-        };
-        let found = fading(Some(2.0), Some([0.0, 1.0])).blend().unwrap().unwrap();
-        assert_eq!(found.attenuation, Some(Attenuation { distance: 2.0, specularity: [0.0, 1.0] }));
-        for (keys, key) in [
-            (BlendKeys { fresnel: Some([0.5, 0.2]), ..BlendKeys::default() }, "fresnel"),
-            (BlendKeys { fresnel: Some([0.5, 1.2]), ..BlendKeys::default() }, "fresnel"),
-            (BlendKeys { diffuse: Some([0.5; 3]), ..BlendKeys::default() }, "diffuse"),
-            (BlendKeys { diffuse: Some([-0.5; 3]), ..ramp }, "diffuse"),
-            (BlendKeys { highlight_roughness: Some(0.0), ..BlendKeys::default() }, "highlight_roughness"),
-            (fading(None, Some([0.0, 1.0])), "attenuation.distance"),
-            (fading(Some(0.0), Some([0.0, 1.0])), "attenuation.distance"),
-            (fading(Some(1.0), None), "attenuation.specularity"),
-            (fading(Some(1.0), Some([-0.1, 1.0])), "attenuation.specularity"),
-        ] {
-            assert_eq!(keys.blend().unwrap_err().key, key, "{keys:?}");
-        }
-    }
-}

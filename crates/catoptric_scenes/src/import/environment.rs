@@ -41,7 +41,7 @@ pub(super) fn environment_from(name: &str, bytes: &[u8]) -> Result<Environment, 
 }
 
 /// An environment from the bytes of a Radiance picture.
-pub(super) fn from_hdr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
+fn from_hdr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
     let broken = |error: image::ImageError| SceneError::invalid(name, "picture", format!("cannot be read: {error}"));
     let reader = || image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Hdr);
     let (width, height) = reader().into_dimensions().map_err(broken)?;
@@ -52,7 +52,7 @@ pub(super) fn from_hdr(name: &str, bytes: &[u8]) -> Result<Environment, SceneErr
 }
 
 /// An environment from the bytes of an OpenEXR picture: the first layer with the channels R, G and B.
-pub(super) fn from_exr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
+fn from_exr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
     use exr::prelude::*;
     let broken = |error: exr::error::Error| SceneError::invalid(name, "picture", format!("cannot be read: {error}"));
     let metadata = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
@@ -85,44 +85,4 @@ fn check_size(name: &str, width: u64, height: u64) -> Result<(), SceneError> {
         return Err(SceneError::invalid(name, "picture", problem));
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::Vec3;
-
-    #[test]
-    fn both_formats_are_read() {
-        let colors = [[0.5f32, 0.25, 2.0]; 8];
-        let mut hdr = Vec::new();
-        let pixels: Vec<image::Rgb<f32>> = colors.iter().map(|c| image::Rgb(*c)).collect();
-        image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&pixels, 4, 2).unwrap();
-        let sky = from_hdr("folder/sky.hdr", &hdr).unwrap();
-        assert_eq!(sky.name, "sky.hdr");
-        assert!((sky.radiance(Vec3::X) - Vec3::new(0.5, 0.25, 2.0)).length() < 0.02);
-
-        let mut exr = Cursor::new(Vec::new());
-        {
-            use exr::prelude::*;
-            let channels = SpecificChannels::rgb(|p: exr::math::Vec2<usize>| {
-                let [r, g, b] = colors[p.y() * 4 + p.x()];
-                (r, g, b)
-            });
-            Image::from_channels((4, 2), channels).write().to_buffered(&mut exr).unwrap();
-        }
-        let sky = from_exr("sky.exr", exr.get_ref()).unwrap();
-        assert_eq!(sky.radiance(Vec3::Z), Vec3::new(0.5, 0.25, 2.0));
-    }
-
-    #[test]
-    fn broken_and_huge_pictures_are_errors() {
-        assert!(from_hdr("a.hdr", b"nonsense").is_err());
-        assert!(from_exr("a.exr", b"nonsense").is_err());
-        let huge = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 100000 +X 100000\n";
-        let message = from_hdr("huge.hdr", huge).unwrap_err().to_string();
-        assert!(message.contains("huge.hdr") && message.contains("100000"), "{message}");
-        let message = load_environment(Path::new("sky.png")).unwrap_err().to_string();
-        assert!(message.contains(".hdr"), "{message}");
-    }
 }

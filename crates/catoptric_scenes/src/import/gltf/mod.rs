@@ -14,8 +14,6 @@ mod meshes;
 mod nodes;
 mod schema;
 mod source;
-#[cfg(test)]
-mod tests;
 mod textures;
 
 pub(super) use codec::ktx2::{decode as decode_ktx2, dimensions as ktx2_dimensions, is_ktx2};

@@ -5,8 +5,6 @@ mod edits;
 mod keys;
 mod light;
 mod reflector;
-#[cfg(test)]
-mod tests;
 
 use super::files::{self, MAX_SCENE_BYTES, Resolver};
 use crate::builtin;

@@ -103,34 +103,3 @@ fn plane_rotation(normal: DVec3) -> DQuat {
     let height = width.cross(normal);
     DQuat::from_mat3(&DMat3::from_cols(width, normal, height))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn planes_are_wide_along_y_cross_normal() {
-        for (normal, width) in [
-            (DVec3::Z, DVec3::X),
-            (DVec3::X, DVec3::NEG_Z),
-            (DVec3::NEG_Z, DVec3::NEG_X),
-            (DVec3::Y, DVec3::X),
-            (DVec3::NEG_Y, DVec3::X),
-            (DVec3::new(1.0, 1.0, 0.0).normalize(), DVec3::NEG_Z),
-        ] {
-            let rotation = plane_rotation(normal);
-            assert!((rotation * DVec3::Y - normal).length() < 1e-12, "{normal}");
-            assert!((rotation * DVec3::X - width).length() < 1e-12, "{normal}: {}", rotation * DVec3::X);
-        }
-    }
-
-    #[test]
-    fn rotations_turn_about_x_first() {
-        let rotation = rotation_about_fixed_axes(Located { begin: 0, value: [90.0, 90.0, 0.0] });
-        // y goes to z by x, and on to x by y.
-        assert!((rotation * DVec3::Y - DVec3::X).length() < 1e-12);
-        let expected = DQuat::from_rotation_z(0.3) * DQuat::from_rotation_y(0.2) * DQuat::from_rotation_x(0.1);
-        let angles = [0.1f64, 0.2, 0.3].map(f64::to_degrees);
-        assert!(rotation_about_fixed_axes(Located { begin: 0, value: angles }).angle_between(expected) < 1e-3);
-    }
-}

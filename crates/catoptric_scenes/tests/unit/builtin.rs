@@ -1,13 +1,13 @@
-use super::parts::kit::at;
-use super::parts::lizard::lizard;
-use super::parts::shapes::{self, Shape};
-use super::pots::{VASE_HEIGHT, pot_body, vase_radius, vase_wall};
-use super::*;
+//! The built-in scenes: their bodies against closed forms, their poses, their parameters.
+
 use catoptric_core::math::Aabb;
-use catoptric_core::scene::model::LocalTransform;
-use catoptric_core::scene::{PoseMemory, PoseOptions, Projection, Role, Scene};
+use catoptric_core::scene::model::{LocalTransform, Node};
+use catoptric_core::scene::{Model, PoseMemory, PoseOptions, Projection, Role, Scene};
+use catoptric_core::surface::SurfaceMesh;
+use catoptric_scenes::builtin::{Allowed, all, load, parse};
 use glam::{IVec3, Vec2, Vec3};
 use std::collections::HashMap;
+use std::sync::LazyLock;
 
 fn pose(spec: &str, time: f32) -> Scene {
     parse(spec).unwrap().pose(&PoseOptions { time, ..PoseOptions::default() }).unwrap()
@@ -55,13 +55,13 @@ fn is_closed(positions: &[Vec3], triangles: &[[u32; 3]]) -> bool {
     edges.iter().all(|((from, to), count)| from != to && *count == 1 && edges.get(&(*to, *from)) == Some(&1))
 }
 
-fn volume(shape: &Shape) -> f32 {
+fn volume(shape: &SurfaceMesh) -> f32 {
     let corner = |vertex: u32| shape.positions[vertex as usize];
     shape.triangles.iter().map(|[a, b, c]| corner(*a).dot(corner(*b).cross(corner(*c))) / 6.0).sum()
 }
 
 /// The largest angle, as a cosine, between a triangle's side of winding and the normals at its corners.
-fn worst_agreement(shape: &Shape) -> f32 {
+fn worst_agreement(shape: &SurfaceMesh) -> f32 {
     let agreement = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|vertex| shape.positions[vertex as usize]);
         let face = (b - a).cross(c - a).normalize();
@@ -70,22 +70,72 @@ fn worst_agreement(shape: &Shape) -> f32 {
     shape.triangles.iter().map(agreement).fold(1.0, f32::min)
 }
 
-fn closed_bodies(tess: u32) -> Vec<(&'static str, Shape, f32)> {
+fn node<'a>(model: &'a Model, name: &str) -> &'a Node {
+    model.nodes.iter().find(|node| node.name == name).unwrap()
+}
+
+/// The mesh of a node in its own frame.
+fn mesh_of(model: &Model, name: &str) -> SurfaceMesh {
+    let primitive = model.meshes[node(model, name).mesh.unwrap()].primitives[0].clone();
+    let [uvs, _] = primitive.uvs;
+    SurfaceMesh { positions: primitive.positions, normals: primitive.normals, uvs, triangles: primitive.triangles }
+}
+
+fn mesh(spec: &str, name: &str) -> SurfaceMesh {
+    mesh_of(&parse(spec).unwrap(), name)
+}
+
+/// Closed bodies of scenes with their volumes; round ones have `tess` rings or segments.
+fn closed_bodies(tess: u32) -> Vec<(&'static str, SurfaceMesh, f32)> {
     let (lens_curvature, lens_aperture) = (2.0f64, 0.9f64);
     let sagitta = lens_curvature - (lens_curvature.powi(2) - lens_aperture.powi(2)).sqrt();
     let cap = std::f64::consts::PI * sagitta.powi(2) * (lens_curvature - sagitta / 3.0);
     let pi = std::f32::consts::PI;
+    // Columns and cones have half as many segments as the scene's `tess`, and 64 at most.
+    let props = parse(&format!("lens?tess={}", 2 * tess)).unwrap();
     vec![
-        ("sphere", shapes::sphere(0.8, tess), 4.0 / 3.0 * pi * 0.512),
-        ("ellipsoid", shapes::ellipsoid(Vec3::new(1.2, 0.7, 0.5), tess), 4.0 / 3.0 * pi * 0.42),
-        ("torus", shapes::torus(0.8, 0.3, tess), 2.0 * pi * pi * 0.8 * 0.09),
-        ("lens", shapes::biconvex_lens(2.0, 0.9, tess), 2.0 * cap as f32),
-        ("cylinder", shapes::cylinder(0.5, 2.0, tess), pi * 0.5),
-        ("cone", shapes::cone(0.5, 1.5, tess), pi * 0.125),
-        ("cuboid", shapes::cuboid(Vec3::new(0.5, 1.0, 1.5), 4), 6.0),
-        // A regular icosahedron with circumradius 1 has the volume 2.536150.
-        ("icosahedron", shapes::icosahedron(1.0), 2.536_15),
+        ("sphere", mesh(&format!("highlights?surface=mesh&tess={tess}"), "R"), 4.0 / 3.0 * pi),
+        (
+            "ellipsoid",
+            mesh(&format!("ellipsoid?surface=mesh&tess={tess}"), "ellipsoid"),
+            4.0 / 3.0 * pi * 1.15 * 0.68 * 0.5,
+        ),
+        ("torus", mesh(&format!("torus?surface=mesh&tess={tess}"), "torus"), 2.0 * pi * pi * 0.8 * 0.32 * 0.32),
+        ("lens", mesh(&format!("lens?curvature=2&tess={tess}"), "lens"), 2.0 * cap as f32),
+        ("cylinder", mesh_of(&props, "stand_foot"), pi * 0.4 * 0.4 * 0.06),
+        ("cone", mesh_of(&props, "cone_teal"), pi * 0.28 * 0.28 * 0.8 / 3.0),
+        ("cuboid", mesh_of(&props, "box_red"), 0.55 * 0.55 * 0.35),
+        ("icosahedron", icosahedron(), 2.536_15 * 0.3 * 0.3 * 0.3),
     ]
+}
+
+/// A regular icosahedron; one with circumradius 1 has the volume 2.536150.
+fn icosahedron() -> SurfaceMesh {
+    static MESH: LazyLock<SurfaceMesh> = LazyLock::new(|| mesh("vase?tess=3", "icosahedron"));
+    MESH.clone()
+}
+
+fn vase_wall(tess: u32) -> SurfaceMesh {
+    mesh(&format!("vase?surface=mesh&tess={tess}"), "vase")
+}
+
+fn pot_body(tess: u32) -> SurfaceMesh {
+    mesh(&format!("teapot?tess={tess}"), "pot_body")
+}
+
+fn dish(shape: &str, tess: u32) -> SurfaceMesh {
+    mesh(&format!("dish?surface=mesh&shape={shape}&tess={tess}"), "dish")
+}
+
+fn lizard() -> SurfaceMesh {
+    mesh("vase?tess=3", "lizard")
+}
+
+const VASE_HEIGHT: f64 = 2.0;
+
+/// The radius of the vase at a share of its height.
+fn vase_radius(s: f64) -> f64 {
+    5.80 * s.powi(3) - 9.78 * s * s + 3.90 * s + 0.47
 }
 
 #[test]
@@ -114,10 +164,10 @@ fn normals_agree_with_the_winding() {
     let open = [
         ("vase", vase_wall(64)),
         ("pot", pot_body(64)),
-        ("spherical dish", shapes::spherical_dish(2.0, 1.25, 64)),
-        ("parabolic dish", shapes::parabolic_dish(1.0, 1.25, 64)),
-        ("lizard", lizard(1.0)),
-        ("rectangle", shapes::rectangle(Vec3::ONE, Vec3::X, Vec3::Z * 2.0, [3, 4], Vec2::ONE)),
+        ("spherical dish", dish("sphere", 64)),
+        ("parabolic dish", dish("parabola", 64)),
+        ("lizard", lizard()),
+        ("rectangle", mesh("lens?tess=3", "target")),
     ];
     for (name, shape) in open.into_iter().chain(closed_bodies(64).into_iter().map(|(name, shape, _)| (name, shape))) {
         let worst = worst_agreement(&shape);
@@ -129,7 +179,7 @@ fn normals_agree_with_the_winding() {
 fn an_open_sheet_is_not_taken_for_closed() {
     let wall = vase_wall(16);
     assert!(!is_closed(&wall.positions, &wall.triangles));
-    let mut sphere = shapes::sphere(1.0, 8);
+    let mut sphere = mesh("sphere_room?tess=8", "sphere");
     sphere.triangles[5].swap(0, 1);
     assert!(!is_closed(&sphere.positions, &sphere.triangles));
 }
@@ -137,15 +187,15 @@ fn an_open_sheet_is_not_taken_for_closed() {
 #[test]
 fn the_vase_has_the_papers_profile_and_its_normals_are_those_of_its_slope() {
     for step in 0..=1000 {
-        let s = step as f32 / 1000.0;
-        assert!(vase_radius(s)[0] > 0.25, "the vase is cut through at {s}");
+        let s = step as f64 / 1000.0;
+        assert!(vase_radius(s) > 0.25, "the vase is cut through at {s}");
     }
-    let radius = |s: f64| 5.80 * s.powi(3) - 9.78 * s * s + 3.90 * s + 0.47;
-    for (position, normal) in vase_wall(40).positions.iter().zip(&vase_wall(40).normals) {
+    let wall = vase_wall(40);
+    for (position, normal) in wall.positions.iter().zip(&wall.normals) {
         let s = position.y as f64 / VASE_HEIGHT;
         let distance = Vec2::new(position.x, position.z).length();
-        assert!((distance as f64 - radius(s)).abs() < 1e-5);
-        let slope = (radius(s + 1e-5) - radius(s - 1e-5)) / 2e-5 / VASE_HEIGHT;
+        assert!((distance as f64 - vase_radius(s)).abs() < 1e-5);
+        let slope = (vase_radius(s + 1e-5) - vase_radius(s - 1e-5)) / 2e-5 / VASE_HEIGHT;
         let outwards = Vec3::new(position.x / distance, -slope as f32, position.z / distance).normalize();
         assert!((outwards - *normal).length() < 1e-4, "{outwards} against {normal}");
     }
@@ -155,10 +205,10 @@ fn the_vase_has_the_papers_profile_and_its_normals_are_those_of_its_slope() {
 fn normals_of_curved_sheets_match_differences_of_their_points() {
     // On a fine mesh the sum of the faces around an inner vertex points along the normal to second order.
     let sheets = [
-        ("tube", shapes::tube(160, 96, bend), 0.005),
-        ("ellipsoid", shapes::ellipsoid(Vec3::new(1.15, 0.68, 0.5), 96), 0.005),
-        ("torus", shapes::torus(0.8, 0.3, 128), 0.005),
-        ("parabolic dish", shapes::parabolic_dish(1.0, 1.25, 128), 0.005),
+        ("tube", mesh("teapot?tess=192", "pot_spout"), 0.005),
+        ("ellipsoid", mesh("ellipsoid?surface=mesh&tess=96", "ellipsoid"), 0.005),
+        ("torus", mesh("torus?surface=mesh&tess=128", "torus"), 0.005),
+        ("parabolic dish", dish("parabola", 128), 0.005),
     ];
     for (name, shape, limit) in sheets {
         check_normals(name, &shape.positions, &shape.normals, &shape.triangles, limit);
@@ -197,31 +247,23 @@ fn check_normals(name: &str, positions: &[Vec3], normals: &[Vec3], triangles: &[
     assert!(checked > 5000, "{name}: only {checked} inner vertices");
 }
 
-/// A quarter of a circle of radius 1 along which a tube widens from 0.1 to 0.4.
-fn bend(t: f32) -> shapes::TubePoint {
-    let angle = t * std::f32::consts::FRAC_PI_2;
-    let rate = std::f32::consts::FRAC_PI_2;
-    let point = Vec2::from_angle(angle);
-    shapes::TubePoint { curve: [point, point.perp() * rate, -point * rate * rate], radius: [0.1 + 0.3 * t, 0.3] }
-}
-
 #[test]
 fn dishes_have_their_focus_where_they_should() {
-    let dish = shapes::parabolic_dish(1.0, 1.25, 24);
-    for (position, normal) in dish.positions.iter().zip(&dish.normals) {
+    let hollow = dish("parabola", 24);
+    for (position, normal) in hollow.positions.iter().zip(&hollow.normals) {
         let reflected = Vec3::NEG_Y.reflect(*normal);
         let to_focus = (Vec3::Y - *position).normalize();
         assert!((reflected - to_focus).length() < 1e-5);
     }
-    let dish = shapes::spherical_dish(2.0, 1.25, 24);
-    for (position, normal) in dish.positions.iter().zip(&dish.normals) {
+    let hollow = dish("sphere", 24);
+    for (position, normal) in hollow.positions.iter().zip(&hollow.normals) {
         assert!((*position + *normal * 2.0 - Vec3::Y * 2.0).length() < 1e-5);
     }
 }
 
 #[test]
 fn the_lizard_is_a_simple_polygon_of_61_vertices() {
-    let shape = lizard(1.35);
+    let shape = lizard();
     assert_eq!((shape.positions.len(), shape.triangles.len()), (61, 59));
     assert!(shape.positions.iter().all(|position| position.z == 0.0));
     // The triangles fill the outline exactly once.
@@ -381,7 +423,7 @@ fn the_icosahedron_circles_the_vase() {
     let (end, _) = center(8.0);
     assert!((start - end).length() < 1e-3);
     // It never comes so near that it would touch the vase.
-    assert!(1.42 - 0.3 > (0..=100).map(|s| vase_radius(s as f32 / 100.0)[0]).fold(0.0, f32::max));
+    assert!(1.42 - 0.3 > (0..=100).map(|s| vase_radius(s as f64 / 100.0)).fold(0.0, f64::max));
     // Nor does it touch the sphere above its way.
     let with_sphere = pose("vase?tess=3&sphere=mirror", 0.0);
     let sphere = with_sphere.objects.iter().find(|object| object.name == "sphere").unwrap();
@@ -446,6 +488,8 @@ fn defaults_are_allowed_and_names_are_unique() {
 
 #[test]
 fn places_turn_counter_clockwise_from_above() {
-    let place = at(0.0, 0.0, 0.0).turned(90.0);
-    assert!((place.rotation * Vec3::X - Vec3::NEG_Z).length() < 1e-6);
+    let model = parse("planar_mirror?tess=3").unwrap();
+    let LocalTransform::Parts { rotation, .. } = node(&model, "icosahedron").local else { panic!("a rigid place") };
+    let (sin, cos) = 15f32.to_radians().sin_cos();
+    assert!((rotation * Vec3::X - Vec3::new(cos, 0.0, -sin)).length() < 1e-6);
 }

@@ -3,15 +3,19 @@
 mod animation;
 mod broken;
 mod compression;
+mod container;
 mod geometry;
-mod materials;
+mod ktx2;
+pub(super) mod materials;
 mod nodes;
+mod schema;
 mod surfaces;
+mod textures;
 
-use super::super::NoFiles;
-use super::from_slice;
 use catoptric_core::scene::model::Model;
 use catoptric_core::scene::{PoseOptions, Scene};
+use catoptric_scenes::import::NoFiles;
+use catoptric_scenes::import::gltf::from_slice;
 use serde_json::{Value, json};
 
 pub(super) const I8: u32 = 5120;

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3, Vec4};
 use std::io::Cursor;
 
 /// A picture of one texel.
-pub(super) fn png(texel: [u8; 4]) -> Vec<u8> {
+pub(in super::super) fn png(texel: [u8; 4]) -> Vec<u8> {
     picture(texel, image::ImageFormat::Png)
 }
 
@@ -199,7 +199,7 @@ fn alpha_modes() {
 }
 
 /// A file with a texture of one texel that is embedded, as a buffer view or a data URI.
-fn textured(bytes: &[u8], by_uri: bool) -> File {
+pub(in super::super) fn textured(bytes: &[u8], by_uri: bool) -> File {
     let mut file = with_material(json!({
         "alphaMode": "BLEND", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } }
     }));

@@ -1,10 +1,17 @@
-use super::super::load;
-use super::*;
-use catoptric_core::scene::model::LocalTransform;
-use catoptric_core::scene::roles::BlendRule;
-use catoptric_core::scene::{Attenuation, Blend, PoseOptions, Projection};
+//! Scenes in `.toml` files.
+
+mod reflector;
+
+use catoptric_core::error::SceneError;
+use catoptric_core::math::Aabb;
+use catoptric_core::scene::model::{LocalTransform, Model};
+use catoptric_core::scene::roles::{BlendRule, RoleRule};
+use catoptric_core::scene::{Attenuation, Blend, PoseOptions, Projection, Role};
 use catoptric_core::surface::AnalyticSurface;
+use catoptric_scenes::import::load;
+use catoptric_scenes::import::toml_scene::{SceneFile, parse};
 use glam::{DVec3, Vec3};
+use std::path::Path;
 
 fn read(text: &str) -> Model {
     parse("scene.toml", text).unwrap().model
@@ -272,7 +279,7 @@ fn a_scene_can_change_another_one() {
     let text = "base = \"room.toml\"\n[camera]\neye = [0, 1, 3]\ntarget = [0, 1, 0]\n[move]\nsphere = [0.5, 0, 0]\n\
                 [method.light_field]\ntransfer = \"stored\"\n";
     let model = load(&write("moved.toml", text)).unwrap();
-    let plain = crate::builtin::parse("sphere_room").unwrap();
+    let plain = catoptric_scenes::builtin::parse("sphere_room").unwrap();
     let [scene, before] = [&model, &plain].map(|model| model.pose(&PoseOptions::default()).unwrap());
     assert_eq!(scene.positions.len(), before.positions.len());
     assert_eq!(scene.camera(None, 1.0).unwrap().world_from_camera.translation, glam::Vec3A::new(0.0, 1.0, 3.0));

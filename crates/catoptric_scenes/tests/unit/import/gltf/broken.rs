@@ -123,7 +123,7 @@ fn buffers_of_files_without_binary_part_must_have_an_address() {
 #[test]
 fn names_of_files_are_percent_decoded() {
     struct One(&'static str, Vec<u8>);
-    impl super::super::Resolver for One {
+    impl catoptric_scenes::import::Resolver for One {
         fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, catoptric_core::error::SceneError> {
             if name == self.0 { Ok(self.1.clone()) } else { NoFiles.read(name, limit) }
         }
