@@ -231,15 +231,3 @@ pub fn bits_of(lanes: [bool; LANES]) -> u8 {
     ]);
     (bytes.wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bits_are_those_of_lanes() {
-        for bits in 0..=u8::MAX {
-            assert_eq!(bits_of([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| bits >> lane & 1 != 0)), bits);
-        }
-    }
-}

@@ -26,10 +26,14 @@ pub use pose::{MAX_TRIANGLES, PoseMemory, PoseOptions};
 pub use shading::batch::{ShadingQueue, SurfaceQuery};
 pub use shading::bumps::TurnedEncounter;
 pub use shading::environment::{Environment, Lamp, Lamps, LightMap};
+#[doc(hidden)]
+pub use shading::filter::{TextureLookUps, floor, index, log2, sample};
 pub use shading::lobes::LobesAt;
 pub use shading::microfacets;
 pub use shading::sample_patterns::SAMPLE_PATTERNS;
 pub use shading::shade;
+#[doc(hidden)]
+pub use shading::sheen::{SheenLobe, albedo as sheen_albedo};
 pub use shading::sky::{Emitters, Sky};
 pub use shading::texture::{MipFilter, MipLevel, Sampler, Texture, UvFootprint, Wrap};
 pub use shading::thin_film::{FilmAt, FilmReflectance};

@@ -5,6 +5,8 @@ pub mod mesh;
 pub mod patch;
 pub mod taylor;
 
+#[doc(hidden)]
+pub use analytic::Expression;
 pub use analytic::{
     AnalyticSurface, Ellipsoid, Implicit, Instruction, PlacedSurface, Quadric, Revolution, Superquadric, SurfaceError,
     SurfaceHit, SurfaceMesh, Torus, sphere_mesh,

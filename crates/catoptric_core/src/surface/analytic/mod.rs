@@ -14,15 +14,13 @@ mod revolution;
 mod sphere;
 mod superquadric;
 mod tessellation;
-#[cfg(test)]
-mod tests;
 mod torus;
 
 use super::taylor::{Taylor2, Taylor3};
 use crate::math::Aabb;
 pub use ellipsoid::Ellipsoid;
 use glam::{DVec3, Vec3};
-pub use implicit::{Implicit, Instruction};
+pub use implicit::{Expression, Implicit, Instruction};
 pub use placed::{PlacedSurface, SurfaceHit};
 use plane::Plane;
 pub use quadric::Quadric;
@@ -159,9 +157,14 @@ macro_rules! with_shape {
 use with_shape;
 
 impl AnalyticSurface {
+    /// The smallest and largest corner of the box around the surface in its own frame, in double precision.
+    pub fn corners(&self) -> [DVec3; 2] {
+        with_shape!(self, shape => shape.corners())
+    }
+
     /// The box around the surface in its own frame.
     pub fn bounds(&self) -> Aabb {
-        let [min, max] = with_shape!(self, shape => shape.corners());
+        let [min, max] = self.corners();
         // Rounded outwards, so that it holds the surface.
         let below = |x: f64| if x as f32 as f64 > x { (x as f32).next_down() } else { x as f32 };
         let above = |x: f64| if (x as f32 as f64) < x { (x as f32).next_up() } else { x as f32 };

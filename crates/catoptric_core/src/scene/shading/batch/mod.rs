@@ -286,6 +286,3 @@ fn shade<const N: usize>(
         colors[index as usize] = if fits { color.max(Vec3::ZERO) } else { one_by_one(scene, &queries[index as usize]) };
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -5,20 +5,20 @@ const ROUNDER: f32 = 12_582_912.0;
 
 /// Rounds a number within +-2^22 towards negative infinity. The library's is a call on machines without SSE 4.1.
 #[inline(always)]
-pub(super) fn floor(value: f32) -> f32 {
+pub fn floor(value: f32) -> f32 {
     let rounded = (value + ROUNDER) - ROUNDER;
     if rounded > value { rounded - 1.0 } else { rounded }
 }
 
 /// A whole number of at least 0 and below 2^22 as an index.
 #[inline(always)]
-pub(super) fn index(value: f32) -> u32 {
+pub fn index(value: f32) -> u32 {
     (value + ROUNDER).to_bits() & 0x3f_ffff
 }
 
 /// The binary logarithm of a positive, normal number, to 1e-6. The library's is a call.
 #[inline(always)]
-pub(super) fn log2(value: f32) -> f32 {
+pub fn log2(value: f32) -> f32 {
     const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
     let bits = value.to_bits();
     let exponent = (bits.wrapping_sub(SQRT_HALF_BITS) as i32) >> 23;

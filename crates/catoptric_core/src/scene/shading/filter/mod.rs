@@ -5,23 +5,25 @@ mod arithmetic;
 mod taps;
 mod texels;
 
+pub use arithmetic::{floor, index, log2};
+
 use super::texture::Texture;
 use crate::math::lanes::Lanes;
-use arithmetic::index;
 use glam::Vec4;
 use taps::{FootprintPlaces, Taps, TextureTraits, moved, places, taps};
 use texels::{LevelLanes, along, corners};
 
 /// The positions of look-ups: texture coordinates and their change a pixel, along u and v each.
 #[derive(Clone, Debug)]
-pub(super) struct TextureLookUps<const N: usize> {
-    pub(super) uv: [Lanes<N>; 2],
+pub struct TextureLookUps<const N: usize> {
+    /// The texture coordinates.
+    pub uv: [Lanes<N>; 2],
     /// Change with the pixel's column.
-    pub(super) dx: [Lanes<N>; 2],
+    pub dx: [Lanes<N>; 2],
     /// Change with the pixel's row.
-    pub(super) dy: [Lanes<N>; 2],
+    pub dy: [Lanes<N>; 2],
     /// The number of samples of the pixel that a look-up stands for; 0 as 1.
-    pub(super) samples: [u32; N],
+    pub samples: [u32; N],
 }
 
 impl<const N: usize> TextureLookUps<N> {
@@ -34,7 +36,7 @@ impl<const N: usize> TextureLookUps<N> {
 /// A look-up that stands for several samples is made at the place of each, with its share of the footprint.
 #[cfg_attr(not(debug_assertions), inline(always))]
 #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
-pub(super) fn sample<const N: usize>(texture: &Texture, at: &TextureLookUps<N>, count: usize, values: &mut [Vec4; N]) {
+pub fn sample<const N: usize>(texture: &Texture, at: &TextureLookUps<N>, count: usize, values: &mut [Vec4; N]) {
     *values = [Vec4::ZERO; N];
     let traits = TextureTraits::new(texture);
     let places = places(&traits, at);
@@ -115,6 +117,3 @@ impl<const N: usize> PreparedLookUp<'_, N> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

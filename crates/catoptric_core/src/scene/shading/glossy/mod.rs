@@ -369,6 +369,3 @@ impl Material {
                 || (self.microfacets.is_some() || self.occlusion_map.is_some()) && !scene.has_headlight())
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -294,6 +294,3 @@ pub fn variance_of_mean(length: f32) -> f32 {
     let lost = if lost > 0.0 { lost } else { 0.0 };
     2.0 * lost / (if length > 0.1 { length } else { 0.1 })
 }
-
-#[cfg(test)]
-mod tests;

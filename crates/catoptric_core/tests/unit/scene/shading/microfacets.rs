@@ -1,4 +1,12 @@
-use super::*;
+//! Distributions of facets.
+
+use catoptric_core::math::random::Stream;
+use catoptric_core::scene::microfacets::{
+    LEAST_ROUGHNESS, ReflectanceTable, grazing_share, lobe, unshadowed_share, variance_of_mean, visible_facet,
+    widened_alpha,
+};
+use glam::{Vec2, Vec3};
+use std::f32::consts::TAU;
 
 /// The reflectance of facets that reflect all light, or, by `weight` of the cosine between light and half vector, a
 /// share: an integral over all directions of light, by a grid that is fine where the mirror direction is.
@@ -59,7 +67,7 @@ fn the_table_is_the_integral_over_all_light_and_no_more_than_all_of_it() {
 
 #[test]
 fn light_and_viewer_can_change_places() {
-    let mut random = crate::math::random::Stream::new(3);
+    let mut random = Stream::new(3);
     for _ in 0..500 {
         let mut direction = || {
             let z = random.next_between(0.01, 1.0);
@@ -118,7 +126,7 @@ fn chosen_facets_are_seen_and_light_of_all_of_them_is_white() {
 fn normals_that_vary_widen_highlights_as_their_mean_does() {
     // Slopes of normal distribution, averaged: the mean normal's length gives their variance back.
     let deviation = 0.12f32;
-    let mut random = crate::math::random::Stream::new(12);
+    let mut random = Stream::new(12);
     let (mut mean, mut lit, mut single) = (Vec3::ZERO, [0.0f32; 3], [0.0f32; 3]);
     let alpha = 0.08f32;
     let half_tangents = [0.0f32, 0.1, 0.25];

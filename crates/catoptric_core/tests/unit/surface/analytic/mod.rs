@@ -1,7 +1,14 @@
-use super::derivatives::ImplicitFunction;
-use super::*;
-use crate::math::random::Stream;
-use glam::{Affine3A, DAffine3, DMat3, Quat};
+//! Surfaces given by formulas.
+
+mod expression;
+mod superquadric;
+
+use catoptric_core::math::random::Stream;
+use catoptric_core::surface::{
+    AnalyticSurface, Ellipsoid, Expression, Implicit, PlacedSurface, Quadric, Revolution, Superquadric, SurfaceError,
+    SurfaceMesh, Taylor2, Torus,
+};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Quat, Vec3};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
@@ -86,7 +93,7 @@ fn derivatives_agree_with_central_differences() {
     let mut random = Stream::new(1);
     for (name, surface, mesh) in cases() {
         let placed = placed(surface);
-        let [min, max] = with_shape!(&placed.surface, shape => shape.corners());
+        let [min, max] = placed.surface.corners();
         let feature = (max - min).to_array().into_iter().filter(|x| *x > 0.0).fold(1.0, f64::min);
         for point in points_near(&placed, mesh, 60, 0.05 * feature, &mut random) {
             let at = placed.taylor3(point);
@@ -155,13 +162,30 @@ fn derivatives_are_finite_everywhere() {
     }
 }
 
+/// The part of a ray up to `far` that lies in a box, or none.
+fn clip(origin: DVec3, direction: DVec3, [min, max]: [DVec3; 2], far: f64) -> Option<(f64, f64)> {
+    let (mut enter, mut leave) = (0.0f64, far);
+    for axis in 0..3 {
+        let (o, d) = (origin[axis], direction[axis]);
+        if d == 0.0 {
+            if o < min[axis] || o > max[axis] {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = ((min[axis] - o) / d, (max[axis] - o) / d);
+        (enter, leave) = (enter.max(a.min(b)), leave.min(a.max(b)));
+    }
+    (enter <= leave).then_some((enter, leave))
+}
+
 /// The distances at which `g` changes its sign along a ray, within the surface's bounds, by dense sampling.
 fn sign_changes(placed: &PlacedSurface, origin: DVec3, direction: DVec3, far: f64) -> Vec<f64> {
     const STEPS: usize = 4000;
     let inverse = placed.world_from_surface.matrix3.transpose();
     let center = placed.world_from_surface.translation;
     let (o, d) = (inverse * (origin - center), inverse * direction);
-    let [min, max] = with_shape!(&placed.surface, shape => shape.corners());
+    let [min, max] = placed.surface.corners();
     // Rays may graze the box of bounds that do not cut the surface: room around it.
     let room = 1e-6 * (max - min).length();
     let margin = match placed.surface {
@@ -170,10 +194,14 @@ fn sign_changes(placed: &PlacedSurface, origin: DVec3, direction: DVec3, far: f6
         AnalyticSurface::Revolution(_) => DVec3::new(room, 0.0, room),
         _ => DVec3::splat(room),
     };
-    let Some((enter, leave)) = ray::clip(o, d, [min - margin, max + margin], 0.0, far) else { return Vec::new() };
-    let value = |t: f64| match &placed.surface {
-        AnalyticSurface::Implicit(surface) => surface.value((o + d * t).to_array()),
-        AnalyticSurface::Superquadric(surface) => surface.value((o + d * t).to_array()),
+    let Some((enter, leave)) = clip(o, d, [min - margin, max + margin], far) else { return Vec::new() };
+    let expression = match &placed.surface {
+        AnalyticSurface::Implicit(surface) => Some(Expression::parse(surface.expression()).unwrap()),
+        _ => None,
+    };
+    let value = |t: f64| match (&expression, &placed.surface) {
+        (Some(expression), _) => expression.evaluate((o + d * t).to_array()),
+        (_, AnalyticSurface::Superquadric(surface)) => surface.value((o + d * t).to_array()),
         _ => placed.taylor2(origin + direction * t).value,
     };
     let mut found = Vec::new();
@@ -342,7 +370,7 @@ fn seams_are_closed() {
             }
         }
         let open = edges.keys().filter(|(from, to)| !edges.contains_key(&(*to, *from)));
-        let [min, max] = with_shape!(surface, shape => shape.corners()).map(|corner| corner.as_vec3());
+        let [min, max] = surface.corners().map(|corner| corner.as_vec3());
         for (from, to) in open {
             if *name == "half a ball" {
                 continue; // it ends where its root does

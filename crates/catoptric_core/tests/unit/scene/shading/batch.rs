@@ -1,9 +1,12 @@
-use super::*;
-use crate::math::random::Stream;
-use crate::scene::{
-    AlphaMode, Environment, Light, LightKind, Microfacets, NormalMap, OcclusionMap, Sampler, Texture, TextureBinding,
+//! Points that are shaded together.
+
+use catoptric_core::math::random::Stream;
+use catoptric_core::scene::shade::Barycentrics;
+use catoptric_core::scene::{
+    AlphaMode, Environment, Light, LightKind, Material, Microfacets, NormalMap, Object, OcclusionMap, Sampler, Scene,
+    SurfaceQuery, Texture, TextureBinding,
 };
-use glam::{Affine2, Vec2};
+use glam::{Affine2, Vec2, Vec3};
 use std::sync::Arc;
 
 /// Random triangles of ten materials: lit, unlit, glowing, with facets and normal maps, with and without textures.
@@ -72,7 +75,7 @@ fn scene(random: &mut Stream, colors: bool) -> Scene {
         scene.triangle_objects.push(triangle % materials);
     }
     for material in 0..materials {
-        scene.objects.push(crate::scene::Object {
+        scene.objects.push(Object {
             name: String::new(),
             material,
             triangles: 0..0,
@@ -133,7 +136,8 @@ fn batches_give_what_single_points_give() {
             let mut colors = vec![Vec3::NAN; queries.len()];
             scene.radiance_batch(&queries, &mut colors);
             for (query, color) in queries.iter().zip(&colors) {
-                let expected = one_by_one(&scene, query);
+                let point = scene.surface_point(query.triangle, &query.barycentrics);
+                let expected = scene.radiance(&point, query.towards_viewer.normalize_or_zero());
                 let error = (*color - expected).abs().max_element();
                 assert!(error <= 2e-5 * (1.0 + expected.max_element()), "{color} against {expected}: {query:?}");
             }

@@ -1,9 +1,11 @@
-use super::super::texture::{MipFilter, Wrap};
-use super::arithmetic::{floor, log2};
-use super::*;
-use crate::math::random::Stream;
-use crate::scene::{Sampler, UvFootprint};
-use glam::Vec2;
+//! Look-ups in textures, several at a time.
+
+use catoptric_core::math::lanes::Lanes;
+use catoptric_core::math::random::Stream;
+use catoptric_core::scene::{
+    MipFilter, Sampler, Texture, TextureLookUps, UvFootprint, Wrap, floor, index, log2, sample,
+};
+use glam::{Vec2, Vec4};
 
 #[test]
 fn logarithms_and_floors_are_right() {

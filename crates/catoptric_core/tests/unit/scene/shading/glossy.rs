@@ -1,6 +1,8 @@
-use crate::math::random::Stream;
-use crate::scene::shade::SurfacePoint;
-use crate::scene::{Environment, Light, LightKind, Material, Microfacets, Object, Scene};
+//! Microfacets under lights and environments.
+
+use catoptric_core::math::random::Stream;
+use catoptric_core::scene::shade::SurfacePoint;
+use catoptric_core::scene::{Environment, Light, LightKind, Material, Microfacets, Object, Scene};
 use glam::{DVec3, Vec3, Vec4};
 use std::f64::consts::PI;
 use std::sync::Arc;

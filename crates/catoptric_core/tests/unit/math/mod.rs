@@ -1,0 +1,6 @@
+//! Numbers.
+
+mod lanes;
+mod portable;
+mod random;
+mod roots;

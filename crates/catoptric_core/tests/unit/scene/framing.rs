@@ -1,0 +1,75 @@
+//! Cameras of scenes that bring none.
+
+use catoptric_core::math::Aabb;
+use catoptric_core::scene::{Scene, View};
+use glam::Vec3;
+
+/// A scene of triangles alone, its fronts outwards.
+fn boxes(boxes: &[Aabb], is_room: bool) -> Scene {
+    let mut scene = Scene::default();
+    for one in boxes {
+        let first = scene.positions.len() as u32;
+        scene.positions.extend(one.corners());
+        // Corners count x, y, z up by bits.
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        for [a, b, c, d] in quads {
+            for [a, b, c] in [[a, b, c], [a, c, d]] {
+                let corners = if is_room { [a, c, b] } else { [a, b, c] };
+                scene.triangles.push(corners.map(|corner| first + corner));
+            }
+        }
+    }
+    scene.bounds = Aabb::around(scene.positions.iter().copied());
+    scene
+}
+
+fn silhouette(scene: &Scene, [width, height]: [u32; 2]) -> [f32; 4] {
+    let view = View::new(&scene.framing(width as f32 / height as f32), width, height, 0.0);
+    let pixels = Aabb::around(scene.positions.iter().map(|at| view.pixel_of(*at).unwrap().extend(0.0)));
+    let size = Vec3::new(width as f32, height as f32, 1.0);
+    let (min, max) = (pixels.min / size, pixels.max / size);
+    [min.x, min.y, max.x, max.y]
+}
+
+#[test]
+fn the_silhouette_fills_four_fifths_of_one_side_at_any_size_and_place() {
+    for (size, place) in [(1.0, 0.0), (1e-6, 0.0), (1e7, 0.0), (3.0, 500.0)] {
+        for extent in [Vec3::ONE, Vec3::new(9.0, 0.1, 0.2), Vec3::new(0.1, 7.0, 0.1), Vec3::new(1.0, 0.0, 1.0)] {
+            let min = Vec3::splat(place) - extent * 0.3 * size;
+            let scene = boxes(&[Aabb { min, max: min + extent * size }], false);
+            for picture in [[640, 480], [1920, 1080], [300, 900]] {
+                let [left, top, right, bottom] = silhouette(&scene, picture);
+                let filled = (right - left).max(bottom - top);
+                assert!((filled - 0.8).abs() < 2e-3, "{extent} {size} {picture:?}: {filled}");
+                assert!(left > 0.05 && top > 0.05 && right < 0.95 && bottom < 0.95, "{extent} {size} {picture:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_surrounds_the_eye_is_seen_from_within() {
+    let room = Aabb { min: Vec3::new(-4.0, 0.0, -2.0), max: Vec3::new(4.0, 3.0, 2.0) };
+    let scene = boxes(&[room], true);
+    let camera = scene.framing(1.5);
+    let (eye, back) = (camera.world_from_camera.translation, camera.world_from_camera.matrix3.z_axis);
+    assert!(room.contains(eye.into()), "{eye}");
+    assert!(back.x.abs() > 0.9, "along the room: {back}");
+    assert!(eye.x * back.x > 1.0, "from one end of it: {eye}");
+    // The same walls seen from behind are a box.
+    let eye = boxes(&[room], false).framing(1.5).world_from_camera.translation;
+    assert!(!room.contains(eye.into()), "{eye}");
+    // A room of thick walls: a box with another box's inside in it.
+    let mut walls = boxes(&[Aabb { min: room.min - 0.2, max: room.max + 0.2 }], false);
+    let first = walls.positions.len() as u32;
+    walls.positions.extend(&scene.positions);
+    walls.triangles.extend(scene.triangles.iter().map(|corners| corners.map(|corner| corner + first)));
+    assert!(room.contains(walls.framing(1.0).world_from_camera.translation.into()));
+}
+
+#[test]
+fn nothing_to_be_seen_is_framed_too() {
+    for scene in [Scene::default(), boxes(&[Aabb { min: Vec3::ONE, max: Vec3::ONE }], false)] {
+        assert!(scene.framing(f32::NAN).world_from_camera.is_finite());
+    }
+}

@@ -1,0 +1,6 @@
+//! Triangle meshes as geometry alone.
+
+mod adjacency;
+mod convexity;
+mod parts;
+mod weld;

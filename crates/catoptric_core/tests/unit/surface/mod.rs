@@ -1,0 +1,5 @@
+//! Surfaces.
+
+mod analytic;
+mod mesh;
+mod patch;

@@ -1,0 +1,52 @@
+//! Exposure and tone curves.
+
+use catoptric_core::framebuffer::Framebuffer;
+use catoptric_core::tone::{Display, ToneCurve, automatic_exposure};
+use glam::Vec3;
+
+#[test]
+fn curves_keep_grey_grey_and_rise() {
+    for curve in [ToneCurve::None, ToneCurve::Neutral, ToneCurve::Agx, ToneCurve::Aces] {
+        let mut last = -1.0;
+        for step in 0..400 {
+            let value = 1e-4 * 1.04f32.powi(step);
+            let shown = curve.of(Vec3::splat(value));
+            assert!(shown.max_element() - shown.min_element() < 2e-3 * shown.x.max(1.0), "{curve:?} {value}: {shown}");
+            assert!(shown.x >= last - 1e-4, "{curve:?} {value}");
+            assert!(curve == ToneCurve::None || shown.x <= 1.0 + 1e-4, "{curve:?} {value}: {shown}");
+            last = shown.x;
+        }
+    }
+}
+
+/// A pixel half before a light and half before nothing is half as bright as white, however bright the light is.
+#[test]
+fn samples_are_limited_before_they_are_averaged() {
+    let mut picture = Framebuffer::of_pixels(2, 1, vec![[500.0, 500.0, 500.0, 1.0]; 2]);
+    picture.edges.add(1, &[Vec3::ZERO, Vec3::splat(1000.0)]);
+    picture.edges.add(0, &[Vec3::splat(500.0), Vec3::splat(501.0)]);
+    for (curve, white) in [(ToneCurve::None, 1.0), (ToneCurve::Aces, 1.0), (ToneCurve::Agx, 0.99)] {
+        let shown = Display { exposure_stops: 1.0, curve }.of(&picture);
+        assert!((shown.pixels[1][0] - 0.5 * white).abs() < 0.01, "{curve:?}: {:?}", shown.pixels);
+        assert!(shown.pixels[0][0] >= white, "{curve:?}: {:?}", shown.pixels);
+    }
+}
+
+/// The published code, by hand: 0.5 grey less 0.04, and white of 2 compressed towards 1.
+#[test]
+fn neutral_has_its_published_values() {
+    let grey = ToneCurve::Neutral.of(Vec3::splat(0.5));
+    assert!((grey.x - 0.46).abs() < 1e-6);
+    let white = ToneCurve::Neutral.of(Vec3::splat(2.0));
+    assert!((white.x - (1.0 - 0.24 * 0.24 / (1.96 + 0.24 - 0.76))).abs() < 1e-6);
+}
+
+#[test]
+fn exposure_brings_the_mean_to_middle_grey() {
+    let pixels = |value: f32| std::iter::repeat_n([value, value, value, 1.0], 10);
+    assert!((automatic_exposure(pixels(0.045)) - 2.0).abs() < 1e-4);
+    assert_eq!(automatic_exposure(pixels(1e9)), -8.0);
+    assert_eq!(automatic_exposure(std::iter::empty()), 0.0);
+    let is_out_of_range = |value| Display::fitting(pixels(value)).curve == ToneCurve::Neutral;
+    assert!(is_out_of_range(5.0) && is_out_of_range(0.001) && !is_out_of_range(0.3));
+}
