@@ -26,8 +26,8 @@ use std::ops::Range;
 /// The sides of cells, in pixels: smaller ones are for where the larger ones do not tell the light between them.
 const CELLS_PX: [u32; 4] = [16, 8, 4, 2];
 
-/// Cells are tried where the light seems to be smooth on ones that are smaller by this factor; where nothing is known of
-/// it, if they are no smaller than so many pixels.
+/// Cells are tried where the light seems to be smooth on ones that are smaller by this factor; where nothing is known
+/// of it, if they are no smaller than so many pixels.
 const TRIED: f32 = 0.7;
 const LEAST_EDGE_PX: f32 = 8.0;
 

@@ -82,7 +82,7 @@ impl WorkLimit {
 
 /// The nearest of steps, four from a power of two to the next: little changes of a scene let the work be, so what was
 /// built with it is kept.
-fn in_steps(work: u64) -> u64 {
+pub fn in_steps(work: u64) -> u64 {
     let step = (work / 4).checked_ilog2().map_or(1, |log2| 1 << log2);
     (work + step / 2) / step * step
 }
@@ -216,21 +216,5 @@ impl LazyTiles {
         }
         let tiled = TiledScene::new(scene, None, report, progress)?;
         Ok(self.made.get_or_init(|| tiled))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_are_near_and_few() {
-        for work in (0..2000).chain([8_388_607, 8_388_608, 11_600_000, 60_000_000]) {
-            let step = in_steps(work);
-            assert!(step.abs_diff(work) * 8 <= work, "{work}: {step}");
-            assert_eq!(in_steps(step), step, "{work}");
-        }
-        let steps: std::collections::BTreeSet<u64> = (8 << 20..16 << 20).step_by(1000).map(in_steps).collect();
-        assert_eq!(steps.len(), 5);
     }
 }

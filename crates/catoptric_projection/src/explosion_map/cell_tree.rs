@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A point this far outside a cell, in its weights, after two steps of Newton's method may be in it after more. Chosen,
 /// not measured.
-const NEAR: f32 = 0.25;
+pub const NEAR: f32 = 0.25;
 
 /// Walks start from a cell next to a reflection point only if that is further away than this many times the size of the
 /// cell. Chosen, not measured.
@@ -31,7 +31,7 @@ const MAX_LEAVES: usize = 256;
 
 /// Eight cells, component by component: the ray at the first corner, and the steps to those at the others.
 #[derive(Clone, Copy, Debug, Default)]
-struct CellLeaf {
+pub struct CellLeaf {
     position: Vec3Lanes,
     edges: [Vec3Lanes; 2],
     direction: Vec3Lanes,
@@ -40,10 +40,11 @@ struct CellLeaf {
 
 /// Two steps of Newton's method from a point in eight cells.
 #[derive(Clone, Copy, Debug)]
-struct CellSolution {
-    weights: [Lanes; 2],
+pub struct CellSolution {
+    /// The weights of the second and third corner in each cell.
+    pub weights: [Lanes; 2],
     /// The least of the three weights; below 0 outside, and where the cell leads away from the point.
-    inside: Lanes,
+    pub inside: Lanes,
     /// True if the cell's rays have crossed on the way.
     turned: [bool; LANES],
 }
@@ -197,7 +198,8 @@ impl Near {
 }
 
 impl CellLeaf {
-    fn set(&mut self, lane: usize, positions: [Vec3; 3], directions: [Vec3; 3]) {
+    /// Makes one of the cells the one with these rays at its corners.
+    pub fn set(&mut self, lane: usize, positions: [Vec3; 3], directions: [Vec3; 3]) {
         self.position.set(lane, positions[0]);
         self.direction.set(lane, directions[0]);
         for k in 0..2 {
@@ -208,7 +210,7 @@ impl CellLeaf {
 
     /// Two steps of Newton's method towards the ray through a point, from the middles of the cells.
     #[inline(always)]
-    fn answer(&self, point: Vec3) -> CellSolution {
+    pub fn answer(&self, point: Vec3) -> CellSolution {
         let third = Lanes::splat(1.0 / 3.0);
         let mut answer = CellSolution { weights: [third; 2], inside: Lanes::splat(-1.0), turned: [false; LANES] };
         for _ in 0..2 {
@@ -238,7 +240,7 @@ impl CellLeaf {
 
 /// Sorts places so that every run of [`LANES`], and of eight times as many, and so on, lies close together: halves
 /// across the longest side of their box, at a multiple of the largest run.
-fn gather(places: &mut [(Vec3, u32)]) {
+pub fn gather(places: &mut [(Vec3, u32)]) {
     let count = places.len();
     if count <= LANES {
         return;
@@ -267,48 +269,4 @@ fn gather(places: &mut [(Vec3, u32)]) {
     let (low, high) = places.split_at_mut(split.min(count));
     gather(low);
     gather(high);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    #[test]
-    fn points_of_a_cell_are_found_in_it() {
-        let mut random = Stream::new(12);
-        let mut vector = |size: f32| Vec3::from([0; 3].map(|_| random.next_between(-size, size)));
-        for _ in 0..500 {
-            // A small triangle, about across its rays, which may cross.
-            let directions = [(); 3].map(|()| (Vec3::Z + vector(0.1)).normalize());
-            let positions = [Vec3::ZERO, Vec3::X * 0.1, Vec3::Y * 0.1].map(|corner| corner + vector(0.02));
-            let mut leaf = CellLeaf::default();
-            leaf.set(3, positions, directions);
-            let shares = (vector(0.5) + 0.5) / (vector(0.5) + 0.5).element_sum().max(3.0);
-            let (u, v) = (shares.x, shares.y);
-            let mix = |of: [Vec3; 3]| of[0] + (of[1] - of[0]) * u + (of[2] - of[0]) * v;
-            let distance = 0.3;
-            let point = mix(positions) + mix(directions) * distance;
-            let answer = leaf.answer(point);
-            let found = [answer.weights[0][3], answer.weights[1][3]];
-            let near = (found[0] - u).abs().max((found[1] - v).abs()) < 1e-2;
-            assert!(near && answer.inside[3] > -1e-2, "{found:?}, not {u}, {v}");
-            assert!(answer.inside[2] < -NEAR, "empty lanes hold nothing");
-        }
-    }
-
-    #[test]
-    fn runs_lie_close_together() {
-        // A square of 40 x 40 places in any order.
-        let mut places: Vec<(Vec3, u32)> =
-            (0..1600u32).map(|k| (Vec3::new((k * 7 % 40) as f32, (k / 40) as f32, 0.0), k)).collect();
-        gather(&mut places);
-        let mut found: Vec<u32> = places.iter().map(|(_, index)| *index).collect();
-        let widest =
-            |run: &[(Vec3, u32)]| run.iter().flat_map(|a| run.iter().map(|b| a.0.distance(b.0))).fold(0.0, f32::max);
-        assert!(places.chunks(LANES).all(|run| widest(run) < 7.0));
-        assert!(places.chunks(LANES * LANES).all(|run| widest(run) < 16.0));
-        found.sort_unstable();
-        assert!(found.into_iter().eq(0..1600), "none is lost");
-    }
 }

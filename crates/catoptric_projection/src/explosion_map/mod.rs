@@ -3,12 +3,12 @@
 //!
 //! See this folder's `README.md`.
 
-mod cell_tree;
+pub(crate) mod cell_tree;
 mod cells;
 mod limits;
 mod locator;
 mod map;
-mod profile;
+pub(crate) mod profile;
 mod settings;
 mod subdivision;
 mod vertices;

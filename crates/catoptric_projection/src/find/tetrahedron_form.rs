@@ -14,14 +14,14 @@ const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
 
 /// Weights of the nodes, and their powers in the order of the coefficients behind the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FormWeights {
+pub struct FormWeights {
     of_nodes: [f32; CORNERS],
     powers: [f32; CORNERS - 1 + PAIRS.len()],
 }
 
 impl FormWeights {
     /// Of weights whose sum is 1.
-    pub(crate) fn new(weights: [f32; CORNERS]) -> Self {
+    pub fn new(weights: [f32; CORNERS]) -> Self {
         let mut powers = [0.0; CORNERS - 1 + PAIRS.len()];
         powers[..CORNERS - 1].copy_from_slice(&weights[1..]);
         for (power, [one, other]) in powers[CORNERS - 1..].iter_mut().zip(PAIRS) {
@@ -38,9 +38,11 @@ impl FormWeights {
 
 /// A place and a length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct PlaceAndLength {
-    pub(crate) place: Vec3,
-    pub(crate) length: f32,
+pub struct PlaceAndLength {
+    /// The place.
+    pub place: Vec3,
+    /// The length.
+    pub length: f32,
 }
 
 impl PlaceAndLength {
@@ -51,7 +53,7 @@ impl PlaceAndLength {
 
 /// First reflection point and path length of a scene point as the eye moves among four nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct TetrahedronForm {
+pub struct TetrahedronForm {
     first: Vec4,
     corners: [Vec4; CORNERS - 1],
     /// In [`half_kept`] numbers.
@@ -67,7 +69,7 @@ impl TetrahedronForm {
     /// By what is found at the nodes, and what the middle between two of them is off from their mean, times four; by
     /// the numbers of these two.
     #[inline]
-    pub(crate) fn new(corners: [PlaceAndLength; CORNERS], bow: impl Fn(usize, usize) -> PlaceAndLength) -> Self {
+    pub fn new(corners: [PlaceAndLength; CORNERS], bow: impl Fn(usize, usize) -> PlaceAndLength) -> Self {
         let first = corners[0].all();
         let mut form = Self { first, corners: [Vec4::ZERO; CORNERS - 1], bows: [Vec4::ZERO; PAIRS.len()] };
         for (kept, corner) in form.corners.iter_mut().zip(&corners[1..]) {
@@ -82,7 +84,7 @@ impl TetrahedronForm {
 
     /// The place and the length where the nodes have these weights.
     #[inline]
-    pub(crate) fn at(&self, weights: &FormWeights) -> (DVec3, f32) {
+    pub fn at(&self, weights: &FormWeights) -> (DVec3, f32) {
         let numbers = self.corners.iter().chain(&self.bows);
         let offset = numbers.zip(weights.powers).fold(Vec4::ZERO, |sum, (number, weight)| sum + *number * weight);
         (self.first.truncate().as_dvec3() + offset.truncate().as_dvec3(), self.first.w + offset.w)
@@ -102,7 +104,7 @@ type BlockOf<T> = [T; 4 * LANES];
 
 /// The forms of some points, number by number, in as few bytes as they take: memory limits how fast they are evaluated.
 #[derive(Clone, Debug)]
-pub(crate) struct FormBlock {
+pub struct FormBlock {
     first: BlockOf<f32>,
     corners: [BlockOf<f32>; CORNERS - 1],
     /// The upper halves of the numbers.
@@ -111,7 +113,7 @@ pub(crate) struct FormBlock {
 
 impl FormBlock {
     /// Of [`LANES`] points or fewer, the last of which is there several times then; nothing of none.
-    pub(crate) fn new(forms: &[TetrahedronForm]) -> Self {
+    pub fn new(forms: &[TetrahedronForm]) -> Self {
         let mut block = Self {
             first: [0.0; 4 * LANES],
             corners: [[0.0; 4 * LANES]; CORNERS - 1],
@@ -136,7 +138,7 @@ impl FormBlock {
     /// The places (x, y and z of all points) and the lengths where the nodes have these weights, to the bit as
     /// [`TetrahedronForm::at`] has them.
     #[inline(always)]
-    pub(crate) fn at(&self, weights: &FormWeights) -> ([[f64; LANES]; 3], [f32; LANES]) {
+    pub fn at(&self, weights: &FormWeights) -> ([[f64; LANES]; 3], [f32; LANES]) {
         let mut place = [[0.0f64; LANES]; 3];
         for (axis, place) in place.iter_mut().enumerate() {
             let offset = self.offset(axis, weights);
@@ -167,36 +169,5 @@ impl FormBlock {
             }
         }
         sums
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A quadratic function of the eye, given at the nodes with its derivatives there, is found again everywhere.
-    #[test]
-    fn quadratic_functions_are_found_again() {
-        let nodes = [Vec3::ZERO, Vec3::new(1.0, 0.1, 0.0), Vec3::new(0.9, 1.0, -0.2), Vec3::new(1.1, 0.8, 1.0)];
-        let place = |eye: Vec3| Vec3::new(eye.x * eye.y, eye.z * eye.z - eye.x, 0.5 * eye.y * eye.z + 3.0);
-        let change = |eye: Vec3, step: Vec3| {
-            let z = 0.5 * (eye.y * step.z + eye.z * step.y);
-            Vec3::new(eye.x * step.y + eye.y * step.x, 2.0 * eye.z * step.z - step.x, z)
-        };
-        let corners = nodes.map(|node| PlaceAndLength { place: place(node), length: node.length_squared() });
-        let form = TetrahedronForm::new(corners, |one, other| {
-            let way = nodes[other] - nodes[one];
-            let place = (change(nodes[one], way) - change(nodes[other], way)) * 0.5;
-            PlaceAndLength { place, length: (nodes[one] - nodes[other]).dot(way) }
-        });
-        for weights in [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.25; 4], [0.1, 0.2, 0.3, 0.4]] {
-            let eye: Vec3 = nodes.iter().zip(weights).map(|(node, weight)| *node * weight).sum();
-            let (found, length) = form.at(&FormWeights::new(weights));
-            // Bows are kept to half a percent.
-            assert!(found.distance(place(eye).as_dvec3()) < 1e-3, "{found}, {}", place(eye));
-            assert!((length - eye.length_squared()).abs() < 2e-3, "{length}");
-            let (all, lengths) = FormBlock::new(&[form]).at(&FormWeights::new(weights));
-            assert_eq!((all.map(|axis| axis[LANES - 1]), lengths[0]), (found.to_array(), length));
-        }
     }
 }

@@ -12,25 +12,25 @@ thread_local! {
 
 /// Adds work, in units of about 100 ns of one core.
 #[inline]
-pub(crate) fn add(units: u64) {
+pub fn add(units: u64) {
     DONE.set(DONE.get().wrapping_add(units));
 }
 
 /// The work that this thread has done so far.
 #[inline]
-pub(crate) fn done() -> u64 {
+pub fn done() -> u64 {
     DONE.get()
 }
 
 /// The work that this thread has done since it had done `before`.
 #[inline]
-pub(crate) fn since(before: u64) -> u64 {
+pub fn since(before: u64) -> u64 {
     done().wrapping_sub(before)
 }
 
 /// Work that several threads do together, and its limit.
 #[derive(Debug)]
-pub(crate) struct SharedWork {
+pub struct SharedWork {
     limit: u64,
     done: AtomicU64,
 }
@@ -42,7 +42,8 @@ pub(crate) struct ShareOfWork<'a> {
 }
 
 impl SharedWork {
-    pub(crate) fn new(limit: u64) -> Self {
+    /// None is done yet.
+    pub fn new(limit: u64) -> Self {
         Self { limit, done: AtomicU64::new(0) }
     }
 

@@ -5,7 +5,7 @@
 mod chain;
 mod flat;
 mod limits;
-mod path_search;
+pub(crate) mod path_search;
 mod project;
 mod settings;
 

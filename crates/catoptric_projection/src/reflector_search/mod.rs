@@ -3,13 +3,11 @@
 //!
 //! See this folder's `README.md`.
 
-mod image;
+pub(crate) mod image;
 mod limits;
-mod locator;
+pub(crate) mod locator;
 mod pictures;
 mod settings;
-#[cfg(test)]
-mod tests;
 
 pub use pictures::ReflectorPictures;
 pub use settings::{Images, Refine, ReflectorSearchSettings};

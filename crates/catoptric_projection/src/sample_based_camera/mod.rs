@@ -4,13 +4,13 @@
 
 mod cameras;
 mod hybrid;
-mod layout;
+pub(crate) mod layout;
 mod leaves;
 mod limits;
-mod morph;
-mod panorama;
+pub(crate) mod morph;
+pub(crate) mod panorama;
 mod project;
-mod rays;
+pub(crate) mod rays;
 mod settings;
 
 use hybrid::MappedReflectors;

@@ -11,4 +11,5 @@ mod reflector_search;
 mod sample_based_camera;
 mod surfaces;
 mod tiles;
+mod unit;
 mod virtual_objects;

@@ -4,7 +4,8 @@ mod paths;
 mod planes;
 
 pub(crate) use paths::{MirrorPath, visible_paths};
-pub(crate) use planes::{MirrorPlane, Mirrors, has_flat_faces};
+pub use planes::Mirrors;
+pub(crate) use planes::{MirrorPlane, has_flat_faces};
 
 use catoptric_core::parallel;
 use catoptric_core::scene::{Role, Scene, View};

@@ -21,7 +21,7 @@ pub(crate) struct MirrorPlane {
 
 /// The flat mirrors of a scene, and what could not be one.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Mirrors {
+pub struct Mirrors {
     /// All mirrors.
     pub(crate) planes: Vec<MirrorPlane>,
     /// For every triangle of the scene: 1 + the index of its mirror, or 0.
@@ -48,7 +48,7 @@ const NORMAL_TOLERANCE: f64 = 1.5e-4;
 
 impl Mirrors {
     /// All flat mirrors of a scene.
-    pub(crate) fn find(scene: &Scene) -> Self {
+    pub fn find(scene: &Scene) -> Self {
         Self::find_among(scene, |_| true)
     }
 

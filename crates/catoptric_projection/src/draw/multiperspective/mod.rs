@@ -2,7 +2,7 @@
 //!
 //! See the method's [README](../../multiperspective/README.md).
 
-mod bundles;
+pub(crate) mod bundles;
 mod counts;
 mod shapes;
 mod source;

@@ -7,11 +7,11 @@
 
 mod divider;
 mod edge;
-mod points;
+pub(crate) mod points;
 mod steady;
 mod weld;
 
-pub(crate) use steady::{Steadiness, SteadyField, SteadyMeshes, SteadyPath, SteadySource};
+pub use steady::{Steadiness, SteadyField, SteadyMeshes, SteadyPath, SteadySource};
 pub use weld::WeldedObject;
 
 use catoptric_core::math::Aabb;
@@ -160,11 +160,11 @@ pub struct VirtualMesh {
     /// Time that these took, in milliseconds.
     pub blend_ms: f64,
     /// Work that it took.
-    pub(crate) work: u64,
+    pub work: u64,
     /// Work that was allowed.
     pub(crate) allowed: u64,
     /// The least that may be allowed for the same mesh; `None` if any part of it was stopped, if only for a while.
-    pub(crate) needed: Option<u64>,
+    pub needed: Option<u64>,
 }
 
 /// Work that a mesh may take.
@@ -201,12 +201,12 @@ impl VirtualMesh {
     }
 
     /// True if nothing of it is coarser than asked for.
-    pub(crate) fn is_whole(&self) -> bool {
+    pub fn is_whole(&self) -> bool {
         self.unfinished + self.extrapolated == 0
     }
 
     /// True if it would be the same with this much work allowed.
-    pub(crate) fn holds_with(&self, allowed: u64) -> bool {
+    pub fn holds_with(&self, allowed: u64) -> bool {
         allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
     }
 
@@ -308,7 +308,7 @@ impl VirtualObject {
 
 /// Of appearances of a point on one path no more than so many are drawn: those that are magnified most. Bumpy mirrors
 /// show points a hundred times, in places of less than a pixel. A bound on time; chosen, not measured.
-const MAX_APPEARANCES: usize = 8;
+pub const MAX_APPEARANCES: usize = 8;
 
 /// Triangles that are worked on at once. Sizes for threads; chosen, not measured.
 const TRIANGLES_AT_ONCE: usize = 8;
@@ -345,7 +345,7 @@ const TRIANGLES_A_BATCH: usize = 256;
 ///
 /// # Errors
 /// [`Cancelled`].
-pub(crate) fn virtual_mesh<P: VertexProjector + ?Sized>(
+pub fn virtual_mesh<P: VertexProjector + ?Sized>(
     (projector, steady): (&P, Option<&dyn SteadySource>),
     object: &VirtualObject,
     quality: &MeshQuality,
@@ -567,8 +567,3 @@ impl WeldedObject {
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
-
-#[cfg(test)]
-mod steady_tests;
-#[cfg(test)]
-mod tests;

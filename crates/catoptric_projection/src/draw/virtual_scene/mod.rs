@@ -4,7 +4,7 @@
 mod in_shares;
 mod maker;
 mod mirror_state;
-mod rigid_motion;
+pub(crate) mod rigid_motion;
 mod whole_paths;
 
 pub(crate) use mirror_state::MirrorState;

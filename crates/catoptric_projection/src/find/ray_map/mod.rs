@@ -423,6 +423,3 @@ impl PathRays {
         nearest.for_each(|(_, ray)| found(Candidate { ray: *ray, reaching: None }));
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -29,7 +29,7 @@ const OUTSIDE: f32 = 1e-3;
 
 /// A reflector as a profile that is drawn along an axis.
 #[derive(Clone, Debug)]
-pub(crate) struct Extrusion {
+pub struct Extrusion {
     /// A unit vector, and two across it.
     axis: Vec3,
     across: [Vec3; 2],

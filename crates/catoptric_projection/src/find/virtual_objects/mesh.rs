@@ -26,36 +26,39 @@ const MAX_HALVINGS: u32 = 10;
 
 /// A reflector or lens.
 #[derive(Clone, Debug)]
-pub(crate) struct ReflectorMesh {
+pub struct ReflectorMesh {
     pub(crate) object: u32,
-    pub(crate) positions: Vec<Vec3>,
+    /// Places of the vertices.
+    pub positions: Vec<Vec3>,
     /// Unit normals on the outer side.
-    pub(crate) normals: Vec<Vec3>,
-    pub(crate) triangles: Vec<[u32; 3]>,
+    pub normals: Vec<Vec3>,
+    /// Vertices of each triangle.
+    pub triangles: Vec<[u32; 3]>,
     /// For each triangle, its part of a triangle of the scene.
     sources: Vec<TrianglePart>,
     /// Across the edge opposite to each corner; [`NO_NEIGHBOUR`] at borders and creases.
-    pub(crate) neighbours: Vec<[u32; 3]>,
+    pub neighbours: Vec<[u32; 3]>,
     /// Largest angle between the normals interpolated in each triangle and the surface's, in radians.
     pub(super) normal_errors: Vec<f32>,
-    /// Smooth piece of each triangle, of so many.
-    pub(super) pieces: Vec<u8>,
-    pub(super) piece_count: u32,
+    /// Smooth piece of each triangle.
+    pub pieces: Vec<u8>,
+    /// How many pieces there are.
+    pub piece_count: u32,
     /// True if it has no border.
-    pub(crate) closed: bool,
+    pub closed: bool,
     /// True if it is a closed mirror whose normals point inwards: its side that is seen from without is the inner one
     /// by these.
     pub(crate) inside_out: bool,
     /// True if it is closed, of one piece, and bulges nowhere inwards: its outer side hides nothing of itself.
-    pub(crate) convex: bool,
+    pub convex: bool,
     /// True if it reflects on its inner side alone.
     pub(crate) inside_only: bool,
     /// Its profile, where it is drawn along one axis.
-    pub(crate) extrusion: Option<Extrusion>,
+    pub extrusion: Option<Extrusion>,
     /// The centre of the box around it.
-    pub(crate) center: Vec3,
+    pub center: Vec3,
     /// The greatest distance of a vertex from the centre.
-    pub(crate) radius: f32,
+    pub radius: f32,
 }
 
 /// A part of a triangle of the scene: the weights of that one's second and third vertex at the corners.
@@ -80,7 +83,7 @@ impl TrianglePart {
 impl ReflectorMesh {
     /// The mesh of an object of a scene; of analytic surfaces their tessellation. Edges longer than `longest_edge`, a
     /// share of the reflector's radius, are halved.
-    pub(crate) fn new(scene: &Scene, index: u32, longest_edge: f32) -> Self {
+    pub fn new(scene: &Scene, index: u32, longest_edge: f32) -> Self {
         let object = &scene.objects[index as usize];
         let WeldedVertices { numbers: groups, firsts } =
             welded_vertices(scene, object.triangles.clone(), object.vertices.clone());
@@ -145,7 +148,7 @@ impl ReflectorMesh {
     }
 
     /// The same mesh with some edges, given by their vertices in order, halved.
-    pub(super) fn with_halved(&self, edges: &HashSet<[u32; 2]>) -> Self {
+    pub fn with_halved(&self, edges: &HashSet<[u32; 2]>) -> Self {
         let mut finer = Self { extrusion: None, ..self.clone() };
         finer.halve_once(|_, edge| edges.contains(&edge));
         finer.neighbours = neighbours(&finer.triangles, |vertex| vertex);
@@ -276,93 +279,5 @@ impl ReflectorMesh {
         // Triangles without an area, which nothing is seen in.
         pieces.iter_mut().filter(|piece| **piece == UNKNOWN).for_each(|piece| *piece = 0);
         (pieces, count.max(1))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    fn mesh(name: &str, longest_edge: f32) -> ReflectorMesh {
-        let scene = catoptric_scenes::builtin::parse(name).unwrap().pose(&Default::default()).unwrap();
-        ReflectorMesh::new(&scene, scene.specular_objects()[0], longest_edge)
-    }
-
-    fn area(mesh: &ReflectorMesh) -> f32 {
-        let of = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
-            0.5 * (b - a).cross(c - a).length()
-        };
-        mesh.triangles.iter().map(of).sum()
-    }
-
-    #[test]
-    fn balls_are_convex_and_slabs_have_six_faces() {
-        for name in ["sphere_room", "sphere_room?tess=71", "ellipsoid"] {
-            let ball = mesh(name, 0.125);
-            assert!(ball.convex && ball.piece_count == 1 && ball.extrusion.is_none(), "{name}");
-        }
-        let slab = mesh("glass_slab", 0.125);
-        assert_eq!(slab.piece_count, 6);
-        // Normals of one piece are parallel.
-        for (triangle, piece) in slab.triangles.iter().zip(&slab.pieces) {
-            let first = slab.pieces.iter().position(|other| other == piece).unwrap();
-            let [here, there] = [triangle[0], slab.triangles[first][0]].map(|vertex| slab.normals[vertex as usize]);
-            assert!(here.dot(there) > 0.999);
-        }
-        assert!(!mesh("torus", 0.125).convex);
-    }
-
-    #[test]
-    fn halved_edges_leave_no_crack_and_the_same_area() {
-        let slab = mesh("glass_slab", 0.5);
-        let some = slab.triangles.iter().step_by(3).map(|[a, b, _]| [*a.min(b), *a.max(b)]).collect();
-        let finer = slab.with_halved(&some);
-        assert!(finer.triangles.len() > slab.triangles.len());
-        assert!((area(&finer) - area(&slab)).abs() < 1e-4 * area(&slab));
-        let borders = |mesh: &ReflectorMesh| {
-            let ends = |(triangle, neighbours): (&[u32; 3], &[u32; 3])| -> f32 {
-                let length = |k: usize| {
-                    let [a, b] = [(k + 1) % 3, (k + 2) % 3].map(|k| mesh.positions[triangle[k] as usize]);
-                    if neighbours[k] == NO_NEIGHBOUR { a.distance(b) } else { 0.0 }
-                };
-                (0..3).map(length).sum()
-            };
-            mesh.triangles.iter().zip(&mesh.neighbours).map(ends).sum::<f32>()
-        };
-        assert!((borders(&finer) - borders(&slab)).abs() < 1e-3 * borders(&slab));
-        assert_eq!(finer.piece_count, slab.piece_count);
-    }
-    #[test]
-    fn seams_that_exporters_leave_do_not_open_a_ball() {
-        let mut scene = catoptric_scenes::builtin::parse("sphere_room").unwrap().pose(&Default::default()).unwrap();
-        let index = scene.specular_objects()[0];
-        scene.objects[index as usize].surface = None;
-        let object = scene.objects[index as usize].clone();
-        let size = object.bounds.diagonal();
-        // Every vertex is off by what six decimals of a unit object are, and its normal by rounding.
-        let mut random = Stream::new(7);
-        let mut off = |most: f32| Vec3::from([0; 3].map(|_| random.next_between(-most, most)));
-        for vertex in object.vertices.start as usize..object.vertices.end as usize {
-            scene.positions[vertex] += off(1e-6 * size);
-            scene.normals[vertex] = (scene.normals[vertex] + off(1e-5)).normalize();
-        }
-        // The last triangles are given again: the same, the other way round, and collapsed.
-        let last = object.triangles.end as usize - 3;
-        for (triangle, [a, b, c]) in (last..).zip([[0, 1, 2], [2, 1, 0], [0, 0, 1]]) {
-            let first = scene.triangles[object.triangles.start as usize + 200];
-            let before = scene.triangles[triangle];
-            scene.triangles[triangle] = [first[a], first[b], first[c]];
-            assert!(before != scene.triangles[triangle]);
-        }
-        let holed = ReflectorMesh::new(&scene, index, 1.0);
-        assert!(!holed.closed, "three triangles are missing");
-        let repeated = scene.triangles[last..last + 3].to_vec();
-        let whole = catoptric_scenes::builtin::parse("sphere_room").unwrap().pose(&Default::default()).unwrap();
-        scene.triangles[last..last + 3].copy_from_slice(&whole.triangles[last..last + 3]);
-        let ball = ReflectorMesh::new(&scene, index, 1.0);
-        assert!(ball.convex && ball.closed && ball.piece_count == 1);
-        assert!(repeated.len() == 3 && holed.triangles.len() + 3 == ball.triangles.len());
     }
 }

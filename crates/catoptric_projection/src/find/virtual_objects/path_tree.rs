@@ -52,17 +52,19 @@ type LevelArrivals = (Option<Arc<ReflectorMesh>>, Vec<Arrivals>);
 
 /// A reflector with rays at its vertices.
 #[derive(Clone, Copy)]
-pub(crate) struct Reflector<'a> {
+pub struct Reflector<'a> {
     /// Index among the scene's specular objects; `None` if the mesh is a finer one made for its rays.
-    pub(crate) index: Option<u32>,
-    pub(crate) mesh: &'a ReflectorMesh,
-    pub(crate) rays: &'a VertexRays,
+    pub index: Option<u32>,
+    /// The reflector's mesh.
+    pub mesh: &'a ReflectorMesh,
+    /// The rays at the vertices.
+    pub rays: &'a VertexRays,
     /// The view, where the rays come straight from the eye.
-    pub(crate) view: Option<&'a View>,
+    pub view: Option<&'a View>,
 }
 
 /// Finds where points appear in a reflector.
-pub(crate) trait Locator: Send + Sync {
+pub trait Locator: Send + Sync {
     /// Appends a batch of scene points with their reflection points, about: none to many each. A point's own do not
     /// depend on the others of the batch.
     fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints);
@@ -85,39 +87,40 @@ pub(crate) trait Locator: Send + Sync {
 }
 
 /// Rays of one kind at a level.
-pub(crate) struct RaySet<L> {
-    pub(crate) rays: VertexRays,
-    pub(crate) locator: L,
+pub struct RaySet<L> {
+    pub rays: VertexRays,
+    pub locator: L,
     /// The ray set of the level before that they come from, and by which branch.
     pub(super) parent: Option<(u32, PathBranch)>,
 }
 
 /// The last bounce of a path, with its rays.
-pub(crate) struct PathLevel<L> {
+pub struct PathLevel<L> {
     /// The path without its last bounce, a level.
     pub(super) parent: Option<u32>,
     pub(crate) bounce: Bounce,
     /// Index of the reflector.
-    pub(crate) mesh: u32,
+    pub mesh: u32,
     /// A finer mesh of it, where rays of several branches meet.
     finer: Option<Arc<ReflectorMesh>>,
-    pub(crate) ray_sets: Vec<RaySet<L>>,
+    pub ray_sets: Vec<RaySet<L>>,
 }
 
 /// Limits of the paths of a view.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PathLimits {
+pub struct PathLimits {
     /// The highest number of bounces.
-    pub(crate) order: u32,
+    pub order: u32,
     /// About the most work for building them.
-    pub(crate) work: u64,
+    pub work: u64,
 }
 
 /// All paths of a view up to an order.
-pub(crate) struct PathTree<L> {
-    pub(crate) paths: Vec<SpecularPath>,
+pub struct PathTree<L> {
+    /// The paths.
+    pub paths: Vec<SpecularPath>,
     /// One for each path.
-    pub(crate) levels: Vec<PathLevel<L>>,
+    pub levels: Vec<PathLevel<L>>,
     view: View,
     /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
     images: Vec<Option<EyeImage>>,
@@ -146,7 +149,7 @@ impl<L> PathLevel<L> {
 impl<L: Locator> PathTree<L> {
     /// Builds all levels within limits; `make` is called once for each ray set and returns `None` if nothing can appear
     /// by it.
-    pub(crate) fn build(
+    pub fn build(
         scene: &Scene,
         meshes: &[ReflectorMesh],
         view: &View,

@@ -3,11 +3,11 @@
 use glam::{Vec2, Vec3};
 
 /// The corners of a triangle, in its own weights.
-pub(crate) const CORNERS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
+pub const CORNERS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 
 /// A value of the vertices at a place of a triangle.
 #[inline]
-pub(crate) fn interpolated(values: &[Vec3], triangle: [u32; 3], weights: Vec2) -> Vec3 {
+pub fn interpolated(values: &[Vec3], triangle: [u32; 3], weights: Vec2) -> Vec3 {
     let [right, down] = steps(values, triangle);
     values[triangle[0] as usize] + right * weights.x + down * weights.y
 }
@@ -21,7 +21,7 @@ pub(super) fn steps(values: &[Vec3], triangle: [u32; 3]) -> [Vec3; 2] {
 
 /// The weights of the point of a triangle's plane nearest to a place; of its middle where it has no area.
 #[inline]
-pub(crate) fn weights_of([a, b, c]: [Vec3; 3], place: Vec3) -> Vec2 {
+pub fn weights_of([a, b, c]: [Vec3; 3], place: Vec3) -> Vec2 {
     let (e1, e2, from) = (b - a, c - a, place - a);
     let (g11, g12, g22) = (e1.length_squared(), e1.dot(e2), e2.length_squared());
     let inverse = 1.0 / (g11 * g22 - g12 * g12);
@@ -32,7 +32,7 @@ pub(crate) fn weights_of([a, b, c]: [Vec3; 3], place: Vec3) -> Vec2 {
 
 /// Cuts off the part of a triangle whose corners have a height below 0; hands over no triangle, one or two. `mix` makes
 /// the corner at a share of the way between two.
-pub(crate) fn in_front<C: Copy>(
+pub fn in_front<C: Copy>(
     corners: [C; 3],
     height: impl Fn(&C) -> f32,
     mix: impl Fn(&C, &C, f32) -> C,
@@ -54,60 +54,5 @@ pub(crate) fn in_front<C: Copy>(
     }
     for last in 2..count {
         emit([polygon[0], polygon[last - 1], polygon[last]]);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_left_in_front_of_a_plane_has_the_area_it_should() {
-        let area = |[a, b, c]: [Vec2; 3]| 0.5 * (b - a).perp_dot(c - a);
-        let left = |level: f32| {
-            let (mut sum, mut count) = (0.0, 0);
-            in_front(
-                CORNERS,
-                |corner| corner.y - level,
-                |a, b, share| a.lerp(*b, share),
-                |piece| {
-                    assert!(piece.iter().all(|corner| corner.y >= level - 1e-6));
-                    sum += area(piece);
-                    count += 1;
-                },
-            );
-            (sum, count)
-        };
-        assert_eq!(left(-1.0), (0.5, 1));
-        assert_eq!(left(2.0), (0.0, 0));
-        // Of the unit triangle the part above y = 1/4 is a triangle, that below y = 1/4 would be the rest.
-        assert!((left(0.25).0 - 0.5 * 0.75 * 0.75).abs() < 1e-6);
-        let (below, count) = {
-            let (mut sum, mut count) = (0.0, 0);
-            in_front(
-                CORNERS,
-                |corner| 0.25 - corner.y,
-                |a, b, share| a.lerp(*b, share),
-                |piece| {
-                    sum += area(piece);
-                    count += 1;
-                },
-            );
-            (sum, count)
-        };
-        assert!((below - 0.5 * (1.0 - 0.75 * 0.75)).abs() < 1e-6 && count == 2);
-        let mut any = false;
-        in_front([Vec2::NAN; 3], |corner| corner.y, |a, b, share| a.lerp(*b, share), |_| any = true);
-        assert!(!any);
-    }
-
-    #[test]
-    fn weights_say_where_a_place_is() {
-        let corners = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(2.0, 2.5, 3.0), Vec3::new(1.0, 3.0, 5.0)];
-        for weights in [Vec2::ZERO, Vec2::X, Vec2::new(0.2, 0.7), Vec2::new(-1.0, 3.0)] {
-            let place = interpolated(&corners, [0, 1, 2], weights);
-            assert!(weights_of(corners, place).distance(weights) < 1e-5);
-        }
-        assert_eq!(weights_of([Vec3::ONE; 3], Vec3::ZERO), Vec2::splat(1.0 / 3.0));
     }
 }

@@ -10,26 +10,28 @@ use glam::{Mat3, Vec2, Vec3};
 
 /// Rays of one bounce, vertex by vertex.
 #[derive(Clone, Debug)]
-pub(crate) struct VertexRays {
-    pub(crate) kind: BounceKind,
+pub struct VertexRays {
+    /// Reflection or refraction.
+    pub kind: BounceKind,
     /// The side that is met: 1 is the outer one, -1 the inner one.
-    pub(crate) side: f32,
+    pub side: f32,
     /// The index of refraction before the bounce over that after it; 1 for reflections.
-    pub(crate) eta: f32,
-    /// True if rays go on within the lens object, and the index of refraction there.
-    pub(crate) inside_after: bool,
-    pub(super) index_after: f32,
+    pub eta: f32,
+    /// True if rays go on within the lens object.
+    pub inside_after: bool,
+    /// The index of refraction there.
+    pub index_after: f32,
     /// Origins of rays: the eye or the bounce before; not finite where none arrives.
-    pub(crate) origins: Vec<Vec3>,
+    pub origins: Vec<Vec3>,
     /// Their unit directions as they arrive.
-    pub(crate) incoming: Vec<Vec3>,
+    pub incoming: Vec<Vec3>,
     /// Cosines of the angles of incidence; below 0 where the vertex faces away, not a number where no ray arrives.
-    pub(crate) cosines: Vec<f32>,
+    pub cosines: Vec<f32>,
     /// Unit directions as they leave; where the vertex faces away, those of the formula. Not finite where there are
     /// none (total reflection).
-    pub(crate) outgoing: Vec<Vec3>,
-    /// [`LEAVES`] and [`FACES`], vertex by vertex.
-    states: Vec<u8>,
+    pub outgoing: Vec<Vec3>,
+    /// `LEAVES` and `FACES`, vertex by vertex.
+    pub states: Vec<u8>,
 }
 
 /// A ray leaves the vertex.
@@ -128,7 +130,7 @@ impl VertexRays {
 /// of the two focal points, which lie next to each other, on which a distance is. Triangles that are turned away from
 /// their rays count one more than those across the silhouette: which separates appearances beyond the silhouette from
 /// those in the reflector.
-fn focal_points([c0, c1, c2]: [f32; 3], distance: f32) -> u32 {
+pub fn focal_points([c0, c1, c2]: [f32; 3], distance: f32) -> u32 {
     let end = c0 + distance * (c1 + distance * c2);
     if c0 * end < 0.0 {
         1
@@ -146,34 +148,37 @@ const MAX_CROSSING_STEPS: u32 = 30;
 const LONGEST_STEP: f32 = 0.5;
 
 /// Reflection points of a batch of scene points.
-pub(crate) type ReflectionPoints = PerPoint<ReflectionPoint>;
+pub type ReflectionPoints = PerPoint<ReflectionPoint>;
 
 /// A place of a reflector where a scene point appears, about.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ReflectionPoint {
-    pub(crate) position: Vec3,
+pub struct ReflectionPoint {
+    /// The place.
+    pub position: Vec3,
     /// The unit normal on the side that is met.
-    pub(crate) normal: Vec3,
-    /// Changes of position and normal with the scene point.
-    pub(crate) position_change: Mat3,
-    pub(crate) normal_change: Mat3,
+    pub normal: Vec3,
+    /// Change of the position with the scene point.
+    pub position_change: Mat3,
+    /// Change of the normal with the scene point.
+    pub normal_change: Mat3,
     /// Origin of the ray that arrives here.
-    pub(crate) origin: Vec3,
-    /// The triangle of the reflector's mesh and the weights of its second and third corner.
-    pub(crate) triangle: u32,
-    pub(crate) weights: Vec2,
+    pub origin: Vec3,
+    /// The triangle of the reflector's mesh.
+    pub triangle: u32,
+    /// Weights of its second and third corner.
+    pub weights: Vec2,
     /// True if it lies beyond where the reflector ends as it is seen.
-    pub(crate) beyond: bool,
+    pub beyond: bool,
     /// The virtual point of the scene point that it was located for and its change, if these are blends of several
     /// tangent planes' images; `None` if they follow from position and normal.
-    pub(crate) blended_image: Option<(Vec3, Mat3)>,
+    pub blended_image: Option<(Vec3, Mat3)>,
 }
 
 impl ReflectionPoint {
     /// Where a point appears by this bounce (Ofek, Rappoport 1998: its mirror image in the tangent plane; through glass
     /// its image along the ray that reaches it by the tangent plane), and how that moves with the point. Returns `None`
     /// if a refracted ray cannot get to it.
-    pub(crate) fn virtual_point(&self, rays: &VertexRays, point: Vec3) -> Option<(Vec3, Mat3)> {
+    pub fn virtual_point(&self, rays: &VertexRays, point: Vec3) -> Option<(Vec3, Mat3)> {
         if self.blended_image.is_some() {
             return self.blended_image;
         }
@@ -288,13 +293,13 @@ impl ReflectionPoint {
 
 /// The matrix `a b^T`.
 #[inline]
-pub(crate) fn outer(a: Vec3, b: Vec3) -> Mat3 {
+pub fn outer(a: Vec3, b: Vec3) -> Mat3 {
     Mat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// Image of a point behind a plane of glass, from `origin`: in the direction of the ray that gets there by
 /// Snell's law, as far away as the ray is long. Returns `None` if it is not behind the plane.
-fn seen_through(origin: Vec3, point: Vec3, position: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
+pub fn seen_through(origin: Vec3, point: Vec3, position: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
     let (above, below) = (normal.dot(origin - position), normal.dot(position - point));
     // Also what is not a number.
     if !(above > 0.0 && below > 0.0) {
@@ -328,106 +333,4 @@ fn seen_through(origin: Vec3, point: Vec3, position: Vec3, normal: Vec3, eta: f3
     let (before, after) = (at.hypotenuse(above), (width - at).hypotenuse(below));
     let seen = (origin.as_dvec3() + crossing * (1.0 + after / before)).as_vec3();
     seen.is_finite().then_some(seen)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    fn vector(random: &mut Stream) -> Vec3 {
-        Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
-    }
-
-    #[test]
-    fn points_behind_a_plane_of_glass_appear_where_snells_law_says() {
-        let mut random = Stream::new(31);
-        let mut tested = 0;
-        for _ in 0..2000 {
-            let eta = random.next_between(0.5, 2.0);
-            let (normal, position) = (vector(&mut random).normalize(), vector(&mut random));
-            let incoming = (vector(&mut random) - normal).normalize();
-            let (before, after) = (random.next_between(0.5, 3.0), random.next_between(0.5, 3.0));
-            let Some(outgoing) = catoptric_engine::optics::refract(incoming, normal, eta) else { continue };
-            if -incoming.dot(normal) < 0.1 || -outgoing.dot(normal) < 0.1 {
-                continue;
-            }
-            // The plane is given by another of its points.
-            let other = position + normal.cross(vector(&mut random));
-            let seen = seen_through(position - incoming * before, position + outgoing * after, other, normal, eta);
-            let expected = position + incoming * after;
-            assert!(seen.unwrap().distance(expected) < 2e-4, "{seen:?}, not {expected}");
-            tested += 1;
-        }
-        assert!(tested > 1000);
-    }
-
-    #[test]
-    fn changes_of_virtual_points_are_those_of_differences() {
-        let mut random = Stream::new(32);
-        let mut tested = 0;
-        for case in 0..400 {
-            let kind = if case % 2 == 0 { BounceKind::Reflect } else { BounceKind::Transmit };
-            let eta = if case % 2 == 0 { 1.0 } else { random.next_between(0.6, 1.6) };
-            let normal = vector(&mut random).normalize();
-            let matrix = |random: &mut Stream| Mat3::from_cols(vector(random), vector(random), vector(random)) * 0.3;
-            let (position_change, bend) = (matrix(&mut random), matrix(&mut random));
-            let reflection_point = ReflectionPoint {
-                position: vector(&mut random),
-                normal,
-                position_change,
-                // Of a unit normal: across it.
-                normal_change: bend - outer(normal, bend.transpose() * normal),
-                origin: normal * 3.0 + vector(&mut random),
-                triangle: 0,
-                weights: Vec2::ZERO,
-                beyond: false,
-                blended_image: None,
-            };
-            let point =
-                reflection_point.position + if eta == 1.0 { normal } else { -normal } * 2.0 + vector(&mut random);
-            let rays = VertexRays {
-                kind,
-                side: 1.0,
-                eta,
-                inside_after: false,
-                index_after: 1.0,
-                origins: Vec::new(),
-                incoming: Vec::new(),
-                cosines: Vec::new(),
-                outgoing: Vec::new(),
-                states: Vec::new(),
-            };
-            let Some((_, change)) = reflection_point.virtual_point(&rays, point) else { continue };
-            let step = 5e-3;
-            for axis in 0..3 {
-                let at = |sign: f32| {
-                    let by = Vec3::AXES[axis] * (step * sign);
-                    let moved = ReflectionPoint {
-                        position: reflection_point.position + reflection_point.position_change * by,
-                        normal: (reflection_point.normal + reflection_point.normal_change * by).normalize(),
-                        ..reflection_point
-                    };
-                    moved.virtual_point(&rays, point + by).unwrap().0
-                };
-                let difference = (at(1.0) - at(-1.0)) / (2.0 * step);
-                let error = difference.distance(change.col(axis));
-                assert!(error < 0.02 * (1.0 + difference.length()), "{kind:?}: {difference}, not {}", change.col(axis));
-            }
-            tested += 1;
-        }
-        assert!(tested > 300);
-    }
-
-    #[test]
-    fn focal_points_are_counted_on_the_way() {
-        let counts = |areas| [0.5, 2.0, 4.0].map(|distance| focal_points(areas, distance));
-        assert_eq!(counts([3.0, -4.0, 1.0]), [0, 1, 2], "(t - 1)(t - 3)");
-        assert_eq!(counts([-3.0, 4.0, -1.0]), [0, 1, 2], "the same, turned about");
-        assert_eq!(counts([1.0, -1.0, 0.0]), [0, 1, 1], "one");
-        assert_eq!(counts([1.0, 1.0, 1.0]), [0, 0, 0], "none");
-        assert_eq!(counts([3.0, 2.0, -1.0]), [0, 0, 1], "a saddle: -(t + 1)(t - 3)");
-        assert_eq!(counts([1.01, -2.0, 1.0]), [0, 2, 2], "both at the same place, but for rounding");
-        assert_eq!(focal_points([f32::NAN, 1.0, 1.0], 1.0), 0);
-    }
 }

@@ -14,14 +14,16 @@ const NEAR_SHARE: f32 = 1e-5;
 
 /// A place in a picture: a face, and coordinates that are whole at the centres of texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(in super::super) struct ImagePlace {
-    pub(in super::super) face: u32,
-    pub(in super::super) at: Vec2,
+pub struct ImagePlace {
+    /// The face.
+    pub face: u32,
+    /// The coordinates.
+    pub at: Vec2,
 }
 
 /// How directions from a centre and places of six faces belong together.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct CubeFaces {
+pub struct CubeFaces {
     center: Vec3,
     /// Texels a side without the overlap.
     size: u32,
@@ -31,7 +33,8 @@ pub(in super::super) struct CubeFaces {
 type CubeCorner = (Vec3, Vec2);
 
 impl CubeFaces {
-    pub(in super::super) fn new(center: Vec3, size: u32) -> Self {
+    /// Six faces of so many texels a side about a centre.
+    pub fn new(center: Vec3, size: u32) -> Self {
         Self { center, size }
     }
 
@@ -48,21 +51,21 @@ impl CubeFaces {
 
     /// The place of a direction.
     #[inline]
-    pub(in super::super) fn place(&self, direction: Vec3) -> ImagePlace {
+    pub fn place(&self, direction: Vec3) -> ImagePlace {
         let (face, tangents) = place_on_face(direction.to_array());
         ImagePlace { face, at: self.place_of(tangents.into()) }
     }
 
     /// The direction of a place, not of unit length.
     #[inline]
-    pub(in super::super) fn direction(&self, place: &ImagePlace) -> Vec3 {
+    pub fn direction(&self, place: &ImagePlace) -> Vec3 {
         let tangents = (place.at - (OVERLAP as f32 - 0.5)) * (2.0 / self.size as f32) - 1.0;
         direction_of(place.face as usize % 6, tangents)
     }
 
     /// A place on the face of its layer that it belongs to; six faces are a layer.
     #[inline]
-    pub(in super::super) fn settled(&self, place: ImagePlace) -> ImagePlace {
+    pub fn settled(&self, place: ImagePlace) -> ImagePlace {
         let (low, high) = (OVERLAP as f32 - 0.5, (OVERLAP + self.size) as f32 - 0.5);
         let own = place.at.x >= low && place.at.y >= low && place.at.x <= high && place.at.y <= high;
         if own {
@@ -105,27 +108,4 @@ impl CubeFaces {
 /// The corner at a share of the way between two.
 fn mixed(here: &CubeCorner, next: &CubeCorner, share: f32) -> CubeCorner {
     (here.0.lerp(next.0, share), here.1.lerp(next.1, share))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    #[test]
-    fn places_and_directions_belong_together() {
-        let cube = CubeFaces::new(Vec3::ZERO, 20);
-        let mut random = Stream::new(3);
-        for _ in 0..1000 {
-            let direction = Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0))).normalize();
-            let place = cube.place(direction);
-            assert!(cube.direction(&place).normalize().distance(direction) < 1e-5);
-            assert_eq!(cube.settled(place), place);
-            // Over an edge of the face, the direction stays.
-            let beside = ImagePlace { at: place.at + Vec2::new(random.next_between(-9.0, 9.0), 0.0), ..place };
-            let settled = cube.settled(beside);
-            let [there, here] = [settled, beside].map(|place| cube.direction(&place).normalize());
-            assert!(there.distance(here) < 1e-5, "{settled:?} is not {beside:?}");
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! Pictures of a reflector: what of it is at a texel, and which texels lie side by side on its surface.
 
-mod cube;
+pub(crate) mod cube;
 
 use crate::find::virtual_objects::{EyeImage, NOTHING, ReflectorMesh, interpolated};
 use catoptric_core::parallel;
@@ -39,7 +39,7 @@ pub(super) struct MeshSpot {
 
 /// A picture of a reflector from the eye, or the six of a cube around it, in one layer or two.
 #[derive(Clone, Debug)]
-pub(super) struct ReflectorImage {
+pub struct ReflectorImage {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) face_count: u32,
@@ -56,7 +56,7 @@ pub(super) struct ReflectorImage {
 impl ReflectorImage {
     /// Draws the surface nearest to the eye, with about `size` texels along the longer side; returns `None` if nothing
     /// is seen.
-    pub(super) fn from_eye(mesh: &ReflectorMesh, view: &View, size: u32) -> Option<Self> {
+    pub fn from_eye(mesh: &ReflectorMesh, view: &View, size: u32) -> Option<Self> {
         let drawn = EyeImage::draw(mesh, view, size)?;
         let shown = drawn.texels.iter().map(|texel| (texel.triangle, texel.weights));
         Some(Self::new(mesh, [drawn.width, drawn.height, 1], shown, None))
@@ -64,7 +64,7 @@ impl ReflectorImage {
 
     /// What is seen around the reflector's centre on six faces of `size` texels a side: what is outermost, and, if it
     /// is not convex, a second layer of six with what is innermost.
-    pub(super) fn around(mesh: &ReflectorMesh, size: u32) -> Self {
+    pub fn around(mesh: &ReflectorMesh, size: u32) -> Self {
         let cube = CubeFaces::new(Self::center_of(mesh), size);
         let side = cube.side();
         let face_count = if mesh.convex { 6 } else { 12 };

@@ -15,7 +15,7 @@ impl ReflectorSearch {
     /// The mirror images of `points` in the tangent planes where they appear; not finite where they do not.
     ///
     /// Every image depends on its own point alone: how many there are and who is beside whom changes nothing.
-    pub(in super::super) fn mirror_images(&self, reflector: &Reflector<'_>, points: &[Vec3], images: &mut [Vec3]) {
+    pub fn mirror_images(&self, reflector: &Reflector<'_>, points: &[Vec3], images: &mut [Vec3]) {
         let mut one = Vec::new();
         for (points, images) in points.chunks(LANES).zip(images.chunks_mut(LANES)) {
             let mut eight = [points[0]; LANES];

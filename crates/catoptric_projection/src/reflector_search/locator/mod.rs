@@ -5,7 +5,7 @@ mod candidates;
 mod cell;
 mod law;
 mod origins;
-mod starts;
+pub(crate) mod starts;
 
 use super::image::{ImagePlace, MeshSpot, ReflectorImage};
 use crate::find::virtual_objects::{Locator, ReflectionPoint, ReflectionPoints, Reflector, weights_of};
@@ -80,7 +80,7 @@ const SAME: f32 = 1.0;
 const WORK_A_CELL: u64 = 2;
 
 /// The search in the picture of one reflector for one kind of rays.
-pub(super) struct ReflectorSearch {
+pub struct ReflectorSearch {
     pub(super) image: Arc<ReflectorImage>,
     pub(super) law: Law,
     pub(super) source: RayOrigins,
@@ -98,7 +98,7 @@ pub(super) struct ReflectorSearch {
 
 impl ReflectorSearch {
     /// Makes ready to search in a picture of the reflector; returns `None` if it shows nothing of the side that is met.
-    pub(super) fn new(reflector: &Reflector<'_>, image: Arc<ReflectorImage>) -> Option<Self> {
+    pub fn new(reflector: &Reflector<'_>, image: Arc<ReflectorImage>) -> Option<Self> {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
         let law = Law::new(rays);
         let eye = reflector
@@ -283,14 +283,6 @@ impl ReflectorSearch {
             stride /= 2;
         }
         if place == start { Some(from) } else { self.cell(reflector, &place, point) }
-    }
-
-    /// The first reflection point of a scene point.
-    #[cfg(test)]
-    pub(super) fn first_reflection_point(&self, reflector: &Reflector<'_>, point: Vec3) -> Option<ReflectionPoint> {
-        let mut found = Vec::new();
-        self.locate_point(reflector, point, &mut found);
-        found.first().copied()
     }
 
     /// Where a point appears on a reflector that shows no point twice.

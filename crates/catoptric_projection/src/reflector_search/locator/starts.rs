@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use std::collections::VecDeque;
 
 /// Cells along a side of the square that an octahedron of directions is unfolded to. Chosen, not measured.
-const SIDE: usize = 64;
+pub const SIDE: usize = 64;
 
 /// No more texels than this along a picture's longer side are looked at to fill the square. A bound on time; chosen,
 /// not measured.
@@ -154,7 +154,7 @@ fn half_at(position: Vec3, eye: Vec3, point: Vec3) -> Vec3 {
 }
 
 /// The cells beside one, over the square's sides too.
-fn around(cell: usize) -> [usize; 4] {
+pub fn around(cell: usize) -> [usize; 4] {
     let (x, y) = (cell % SIDE, cell / SIDE);
     let (mirrored_x, mirrored_y) = (SIDE - 1 - x, SIDE - 1 - y);
     let at = |x: usize, y: usize| y * SIDE + x;
@@ -168,7 +168,7 @@ fn around(cell: usize) -> [usize; 4] {
 
 /// The cell of a direction, of any length, in the unfolded octahedron.
 #[inline]
-fn cell_of(direction: Vec3) -> usize {
+pub fn cell_of(direction: Vec3) -> usize {
     let size = direction.abs();
     let scale = 1.0 / (size.x + size.y + size.z);
     let flat = direction.truncate() * scale;
@@ -181,45 +181,10 @@ fn cell_of(direction: Vec3) -> usize {
 }
 
 /// The unit direction of a cell's middle.
-fn middle_of(cell: usize) -> Vec3 {
+pub fn middle_of(cell: usize) -> Vec3 {
     let middle = |number: usize| (number as f32 + 0.5) * (2.0 / SIDE as f32) - 1.0;
     let flat = Vec2::new(middle(cell % SIDE), middle(cell / SIDE));
     let up = 1.0 - flat.x.abs() - flat.y.abs();
     let at = if up < 0.0 { (1.0 - Vec2::new(flat.y, flat.x).abs()).copysign(flat) } else { flat };
     at.extend(up).normalize()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    #[test]
-    fn directions_lie_near_the_middle_of_their_cell() {
-        let mut random = Stream::new(11);
-        for _ in 0..10_000 {
-            let direction = Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)));
-            let turn = middle_of(cell_of(direction)).distance(direction.normalize());
-            // Half a cell's diagonal is longer in space by the root of three, and by that in the middle of a face.
-            assert!(turn < 3.0 * std::f32::consts::SQRT_2 / SIDE as f32, "{direction}: {turn}");
-        }
-    }
-
-    #[test]
-    fn the_middle_of_a_cell_lies_in_it() {
-        assert!((0..SIDE * SIDE).all(|cell| cell_of(middle_of(cell)) == cell));
-    }
-
-    #[test]
-    fn cells_beside_each_other_have_directions_beside_each_other() {
-        // A step in the square is longer in space by the root of two, and by that of three in the middle of a face.
-        let most = 2.0 / SIDE as f32 * 6.0_f32.sqrt();
-        for cell in 0..SIDE * SIDE {
-            for beside in around(cell) {
-                let turn = middle_of(cell).distance(middle_of(beside));
-                assert!(turn < most, "{cell}, {beside}: {turn}");
-                assert!(around(beside).contains(&cell));
-            }
-        }
-    }
 }

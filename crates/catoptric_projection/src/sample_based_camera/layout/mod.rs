@@ -1,6 +1,6 @@
 //! Leaves as flat records of single precision numbers, without pointers: the same bytes serve every processor.
 
-mod words;
+pub(crate) mod words;
 
 pub(super) use words::{WordReader, WordWriter};
 

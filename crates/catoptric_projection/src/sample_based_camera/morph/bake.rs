@@ -32,12 +32,13 @@ const ESTIMATE_MS: f64 = 1000.0;
 
 /// The nodes of all grids.
 #[derive(Clone, Debug)]
-struct NodeTable {
+pub struct NodeTable {
     /// Reflectors with their boxes and grids, whose nodes are numbered one grid after the other.
-    grids: Vec<(u32, Aabb, NodeGrid)>,
-    order: u32,
+    pub grids: Vec<(u32, Aabb, NodeGrid)>,
+    /// The highest order of their paths.
+    pub order: u32,
     /// Nodes of a grid.
-    counts: UVec3,
+    pub counts: UVec3,
 }
 
 impl NodeTable {
@@ -55,12 +56,13 @@ impl NodeTable {
         self.counts.element_product() as usize
     }
 
-    fn count(&self) -> usize {
+    /// How many nodes there are.
+    pub fn count(&self) -> usize {
         self.grids.len() * self.nodes_of_grid()
     }
 
     /// The number of a node.
-    fn number(&self, NodeKey { reflector, node, order }: NodeKey) -> Option<usize> {
+    pub fn number(&self, NodeKey { reflector, node, order }: NodeKey) -> Option<usize> {
         let grid = self.grids.iter().position(|(object, ..)| *object == reflector)?;
         let UVec3 { x, y, .. } = self.counts;
         (order == self.order && node.cmplt(self.counts).all())
@@ -68,7 +70,7 @@ impl NodeTable {
     }
 
     /// The node of a number, its place, and whether views use it: not within the box of its own reflector.
-    fn node(&self, number: usize) -> Option<(NodeKey, Vec3, bool)> {
+    pub fn node(&self, number: usize) -> Option<(NodeKey, Vec3, bool)> {
         let of_grid = self.nodes_of_grid();
         let (reflector, bounds, grid) = self.grids.get(number / of_grid)?;
         let (rest, UVec3 { x, y, .. }) = ((number % of_grid) as u32, self.counts);
@@ -279,29 +281,5 @@ impl BakedNodes {
     /// The bounds for which its nodes hold.
     pub(super) fn bounds(&self) -> Aabb {
         self.bounds
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_node_has_its_number() {
-        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
-        let counts = UVec3::new(3, 4, 5);
-        let grid = NodeGrid::around(&bounds, counts, 1.0);
-        let table = NodeTable { grids: vec![(2, bounds, grid), (7, bounds, grid)], order: 2, counts };
-        assert_eq!(table.count(), 120);
-        for number in 0..120 {
-            let (key, place, is_used) = table.node(number).unwrap();
-            assert_eq!((table.number(key), key.reflector), (Some(number), if number < 60 { 2 } else { 7 }));
-            assert_eq!((place, is_used), (grid.place(key.node), !bounds.contains(place)));
-        }
-        assert!(table.node(120).is_none());
-        let key = |reflector: u32, node: UVec3, order: u32| NodeKey { reflector, node, order };
-        for other in [key(3, UVec3::ZERO, 2), key(2, UVec3::ZERO, 1), key(2, UVec3::new(3, 0, 0), 2)] {
-            assert_eq!(table.number(other), None);
-        }
     }
 }

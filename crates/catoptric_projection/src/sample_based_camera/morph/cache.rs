@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// What is known at the nodes around an eye.
 #[derive(Default)]
-pub(super) struct AroundEye {
+pub struct AroundEye {
     /// Points one by one.
     pub(super) points: PointCache<Sightings>,
     /// What is interpolated between.
@@ -40,7 +40,7 @@ struct Known<T> {
 type Shard<T> = FxHashMap<Key, Known<T>>;
 
 /// What is known of points on paths.
-pub(super) struct PointCache<T> {
+pub struct PointCache<T> {
     shards: [Mutex<Shard<T>>; SHARDS],
 }
 
@@ -58,7 +58,7 @@ impl<T> PointCache<T> {
 
     /// What is known of a point on a path, or else what `look` finds. It counts as the same work in both cases: what is
     /// drawn with so much work does not depend on what was drawn before.
-    pub(super) fn get(&self, path: u32, point: Vec3, look: impl FnOnce() -> Arc<[T]>) -> Arc<[T]> {
+    pub fn get(&self, path: u32, point: Vec3, look: impl FnOnce() -> Arc<[T]>) -> Arc<[T]> {
         let bits = point.to_array().map(f32::to_bits);
         if let Some(known) = self.shard(bits).get(&(path, bits)) {
             work::add(known.work);
@@ -77,33 +77,7 @@ impl<T> PointCache<T> {
     }
 
     /// The number of points.
-    pub(super) fn count(&self) -> u64 {
+    pub fn count(&self) -> u64 {
         self.shards.iter().map(|shard| shard.lock().unwrap_or_else(PoisonError::into_inner).len() as u64).sum()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_point_is_looked_for_once_and_counts_as_the_same_work() {
-        let cache = PointCache::default();
-        let mut looked = 0;
-        let mut ask = |path: u32, point: Vec3| {
-            let before = work::done();
-            let found = cache.get(path, point, || {
-                looked += 1;
-                work::add(7);
-                Arc::from([path])
-            });
-            assert_eq!((found[0], work::since(before)), (path, 7));
-        };
-        for _ in 0..3 {
-            ask(0, Vec3::ONE);
-            ask(1, Vec3::ONE);
-            ask(0, Vec3::X);
-        }
-        assert_eq!((looked, cache.count()), (3, 3));
     }
 }

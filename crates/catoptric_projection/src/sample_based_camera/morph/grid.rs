@@ -11,7 +11,7 @@ const NODES: std::ops::RangeInclusive<u32> = 2..=257;
 ///
 /// # Errors
 /// What is wrong with it.
-pub(in super::super) fn node_counts(text: &str) -> Result<UVec3, String> {
+pub fn node_counts(text: &str) -> Result<UVec3, String> {
     let parts: Vec<Option<u32>> = text.split('x').map(|part| part.trim().parse().ok()).collect();
     let allowed = |count: &u32| NODES.contains(count);
     match parts[..] {
@@ -28,19 +28,20 @@ pub(in super::super) fn node_counts(text: &str) -> Result<UVec3, String> {
 
 /// Nodes at the corners of cubes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct NodeGrid {
+pub struct NodeGrid {
     low: Vec3,
-    spacing: f32,
+    /// The side of a cube.
+    pub spacing: f32,
     counts: UVec3,
 }
 
 /// The four nodes around an eye with their barycentric weights, whose sum is 1; those without weight are left out.
-pub(super) type Tetrahedron = Vec<(UVec3, f32)>;
+pub type Tetrahedron = Vec<(UVec3, f32)>;
 
 impl NodeGrid {
     /// The grid around a reflector's box: along the longer of its horizontal axes it reaches so many diagonals of the
     /// box beyond it.
-    pub(super) fn around(bounds: &Aabb, counts: UVec3, reach: f32) -> Self {
+    pub fn around(bounds: &Aabb, counts: UVec3, reach: f32) -> Self {
         let diagonal = bounds.diagonal();
         let spacing = diagonal * (1.0 + 2.0 * reach) / (counts.x.max(counts.z) - 1) as f32;
         let size = (counts - UVec3::ONE).as_vec3() * spacing;
@@ -48,7 +49,7 @@ impl NodeGrid {
     }
 
     /// The place of a node.
-    pub(super) fn place(&self, node: UVec3) -> Vec3 {
+    pub fn place(&self, node: UVec3) -> Vec3 {
         self.low + node.as_vec3() * self.spacing
     }
 
@@ -56,7 +57,7 @@ impl NodeGrid {
     ///
     /// Each cube is cut into six tetrahedra about its diagonal, by the order of the place's coordinates in it. So
     /// neighbours share whole faces, and weights are continuous.
-    pub(super) fn tetrahedron(&self, place: Vec3) -> Option<Tetrahedron> {
+    pub fn tetrahedron(&self, place: Vec3) -> Option<Tetrahedron> {
         let cells = (place - self.low) / self.spacing;
         let last = (self.counts - UVec3::ONE).as_vec3();
         if !(cells.cmpge(Vec3::ZERO).all() && cells.cmple(last).all()) {
@@ -100,54 +101,4 @@ pub fn nodes_around(bounds: &Aabb, grid: &str, grid_reach: f32, eye: Vec3) -> Re
     let grid = NodeGrid::around(bounds, node_counts(grid)?, grid_reach);
     let corners = grid.tetrahedron(eye);
     Ok(corners.map(|corners| corners.into_iter().map(|(node, weight)| (grid.place(node), weight)).collect()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric_core::math::random::Stream;
-
-    #[test]
-    fn counts_are_three_numbers() {
-        assert_eq!(node_counts("17x16x8"), Ok(UVec3::new(17, 8, 16)));
-        for wrong in ["", "17", "17x17", "1x17x8", "17x17x8x2", "17x17x300", "axbxc", "-2x3x4"] {
-            assert!(node_counts(wrong).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn a_place_is_the_mean_of_its_nodes_and_weights_change_without_a_jump() {
-        let bounds = Aabb { min: Vec3::new(1.0, 2.0, 3.0), max: Vec3::new(2.0, 4.0, 3.5) };
-        let grid = NodeGrid::around(&bounds, UVec3::new(9, 5, 7), 1.5);
-        let ends = [grid.place(UVec3::ZERO), grid.place(UVec3::new(8, 4, 6))];
-        assert!((ends[1].x - ends[0].x - 4.0 * bounds.diagonal()).abs() < 1e-4);
-        assert!(((ends[0] + ends[1]) * 0.5).distance(bounds.center()) < 1e-5);
-        let mut random = Stream::new(3);
-        let any = |random: &mut Stream| {
-            ends[0] + (ends[1] - ends[0]) * Vec3::from([0; 3].map(|_| random.next_between(0.0, 1.0)))
-        };
-        let weight = |corners: &Tetrahedron, node: UVec3| {
-            corners.iter().find(|(other, _)| *other == node).map_or(0.0, |(_, weight)| *weight)
-        };
-        for _ in 0..2000 {
-            let place = any(&mut random);
-            let corners = grid.tetrahedron(place).unwrap();
-            let mean: Vec3 = corners.iter().map(|(node, weight)| grid.place(*node) * *weight).sum();
-            let sum: f32 = corners.iter().map(|(_, weight)| weight).sum();
-            assert!(mean.distance(place) < 1e-4 && (sum - 1.0).abs() < 1e-5, "{corners:?}");
-            // A thousandth of a cell farther no weight has changed by more than some thousandths.
-            let Some(moved) = grid.tetrahedron(place + Vec3::new(1.0, -1.0, 1.0) * 1e-3 * grid.spacing) else {
-                continue;
-            };
-            for (node, _) in corners.iter().chain(&moved) {
-                let change = weight(&corners, *node) - weight(&moved, *node);
-                assert!(change.abs() < 4e-3, "{change} at {node}");
-            }
-        }
-        // At a node, but for rounding, it alone counts.
-        let corners = grid.tetrahedron(ends[0] + Vec3::splat(2.0 * grid.spacing)).unwrap();
-        assert!(weight(&corners, UVec3::splat(2)) > 1.0 - 1e-5, "{corners:?}");
-        assert_eq!(grid.tetrahedron(ends[0] - Vec3::X * 1e-3), None);
-        assert_eq!(grid.tetrahedron(Vec3::NAN), None);
-    }
 }

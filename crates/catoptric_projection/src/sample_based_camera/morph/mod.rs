@@ -2,15 +2,15 @@
 //! reflector, and of each point the appearances at the four nodes around the eye are blended.
 
 mod agreement;
-mod bake;
+pub(crate) mod bake;
 mod blend;
-mod cache;
-mod grid;
+pub(crate) mod cache;
+pub(crate) mod grid;
 mod mean;
-mod nodes;
-mod places;
-mod sightings;
-mod steady;
+pub(crate) mod nodes;
+pub(crate) mod places;
+pub(crate) mod sightings;
+pub(crate) mod steady;
 mod walk;
 
 pub(super) use bake::NodesWork;

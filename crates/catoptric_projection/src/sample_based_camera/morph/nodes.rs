@@ -16,10 +16,13 @@ use std::sync::Arc;
 
 /// A node: of which reflector's grid, and where in it; the highest order of its paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct NodeKey {
-    pub(super) reflector: u32,
-    pub(super) node: UVec3,
-    pub(super) order: u32,
+pub struct NodeKey {
+    /// The object around which the grid lies.
+    pub reflector: u32,
+    /// The place in the grid.
+    pub node: UVec3,
+    /// The highest order.
+    pub order: u32,
 }
 
 /// A node that a view needs, and its place when the grids were laid out.

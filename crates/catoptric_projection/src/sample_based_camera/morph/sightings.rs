@@ -41,12 +41,13 @@ const DEEPER: f64 = 0.01;
 
 /// An appearance at several nodes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sightings {
-    pub(super) focal_index: u32,
+pub struct Sightings {
+    /// How many focal points light passes.
+    pub focal_index: u32,
     /// At each node, of those that know of it.
-    pub(super) at: [Option<Sighting>; MOST_NODES],
+    pub at: [Option<Sighting>; MOST_NODES],
     /// The mean of these is not accurate: as beside folds, where appearances move as roots.
-    pub(super) is_rough: bool,
+    pub is_rough: bool,
 }
 
 /// A node around the eye.

@@ -1,6 +1,6 @@
 //! Cameras for all directions about a point: cube ray maps (Popescu, Sacks, Mei 2006, section VI).
 
-mod cube;
+pub(crate) mod cube;
 mod project;
 mod stored;
 

@@ -5,5 +5,5 @@ pub(super) mod follow;
 pub(super) mod grid;
 pub(super) mod path_rays;
 pub(super) mod pieces;
-mod primary_visibility;
+pub(crate) mod primary_visibility;
 pub(super) mod visible_pieces;

@@ -18,7 +18,7 @@ const PLANES: usize = 5;
 
 /// Points p with `normal . p <= limit` for all planes.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct Beam {
+pub struct Beam {
     normals: [Vec3; PLANES],
     limits: [f32; PLANES],
 }
@@ -27,7 +27,7 @@ impl Beam {
     /// The beam of a bundle's rays through a box. Conservative for points between the rays' least start and the box's
     /// far end.
     #[inline(always)]
-    pub(in super::super) fn new(bundle: &RayBundle, fit: &BundleFit, bounds: &Aabb) -> Self {
+    pub fn new(bundle: &RayBundle, fit: &BundleFit, bounds: &Aabb) -> Self {
         let w = bundle.axes[2];
         let farthest = (bounds.center() - bundle.origin).dot(w) + 0.5 * bounds.size().dot(w.abs());
         let near = bundle.start_range[0];
@@ -115,21 +115,22 @@ impl Visitor for Collector<'_> {
 
 /// Triangles that a tile may see, eight a block; the last one may have empty lanes.
 #[derive(Debug, Default)]
-pub(in super::super) struct CandidateList {
-    pub(in super::super) blocks: Vec<TriangleBlock>,
+pub struct CandidateList {
+    /// Blocks of them.
+    pub blocks: Vec<TriangleBlock>,
     len: usize,
 }
 
 impl CandidateList {
     /// All triangles of some blocks.
-    #[cfg(test)]
-    pub(super) fn of(blocks: &[TriangleBlock]) -> Self {
+    pub fn of(blocks: &[TriangleBlock]) -> Self {
         let mut list = Self::default();
         blocks.iter().for_each(|block| list.push_all(block, u32::MAX >> (32 - LANES)));
         list
     }
 
-    pub(in super::super) fn len(&self) -> usize {
+    /// How many they are.
+    pub fn count(&self) -> usize {
         self.len
     }
 
@@ -180,7 +181,7 @@ impl CandidateList {
 
     /// Becomes those of another list that may lie in a beam.
     #[inline(always)]
-    pub(in super::super) fn filter(&mut self, parent: &Self, beam: &Beam) {
+    pub fn filter(&mut self, parent: &Self, beam: &Beam) {
         self.clear();
         for block in &parent.blocks {
             self.push_all(block, beam.triangles(block));

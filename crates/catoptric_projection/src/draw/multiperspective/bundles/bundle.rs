@@ -20,13 +20,13 @@ const DAMPING: f32 = 0.1;
 
 /// A ray of a tile.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct TileRay {
+pub struct TileRay {
     /// Its place in the picture, in pixels.
-    pub(in super::super) at: Vec2,
+    pub at: Vec2,
     /// It starts on the last mirror.
-    pub(in super::super) ray: Ray,
+    pub ray: Ray,
     /// The length that its direction counts with.
-    pub(in super::super) length: f32,
+    pub length: f32,
 }
 
 /// A tile's rays as lines: direction and moment about `origin`, in the world's axes.
@@ -34,15 +34,15 @@ pub(in super::super) struct TileRay {
 /// Directions are as long as the eye's rays are that reach the picture's plane at depth 1: in a flat mirror they and
 /// their moments are then linear in the place, exactly.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct RayBundle {
+pub struct RayBundle {
     /// u and v are 0 here, in pixels of the picture.
-    pub(in super::super) center: Vec2,
+    pub center: Vec2,
     /// Change of u and v a pixel.
-    pub(in super::super) scale: f32,
+    pub scale: f32,
     /// A point behind all starts of rays, from which depths are measured along the mean direction.
-    pub(in super::super) origin: Vec3,
+    pub origin: Vec3,
     /// Two axes of the plane of origins, and the mean direction.
-    pub(in super::super) axes: [Vec3; 3],
+    pub axes: [Vec3; 3],
     pub(in super::super) directions: [Vec3; TERMS],
     pub(in super::super) moments: [Vec3; TERMS],
     /// Depths at which rays start.
@@ -59,7 +59,7 @@ pub(in super::super) struct RayBundle {
 
 /// The rays of a tile, and what the bundle does not say of them.
 #[derive(Debug, Default)]
-pub(in super::super) struct BundleFit {
+pub struct BundleFit {
     rays: Vec<[f32; COORDINATES]>,
     basis: Vec<[f32; TERMS]>,
     /// Slopes and origins in the plane of origins, and what the quadratics miss of them.
@@ -122,7 +122,7 @@ impl RayBundle {
     /// Fits a bundle to the rays of a tile about a place; `half` is half the tile's side in pixels. `None` if they are
     /// too few or too far apart.
     #[inline(always)]
-    pub(in super::super) fn fit(rays: &[TileRay], center: Vec2, half: f32, fit: &mut BundleFit) -> Option<Self> {
+    pub fn fit(rays: &[TileRay], center: Vec2, half: f32, fit: &mut BundleFit) -> Option<Self> {
         if rays.len() < LINEAR_VALUES {
             return None;
         }
@@ -178,7 +178,7 @@ impl RayBundle {
 
     /// A ray's coordinates in the bundle's tile.
     #[inline(always)]
-    pub(in super::super) fn coordinates(&self, ray: &Ray, length: f32) -> [f32; COORDINATES] {
+    pub fn coordinates(&self, ray: &Ray, length: f32) -> [f32; COORDINATES] {
         coordinates(self.origin, self.axes[2], ray, length)
     }
 
@@ -241,7 +241,7 @@ impl RayBundle {
 
     /// The largest error of the bundle at its rays between two depths, in pixels.
     #[inline(always)]
-    pub(in super::super) fn error_px(&self, fit: &BundleFit, [near, far]: [f32; 2]) -> f32 {
+    pub fn error_px(&self, fit: &BundleFit, [near, far]: [f32; 2]) -> f32 {
         let ratio = (far / near).max(1.0);
         let mut worst = 0.0f32;
         for depth in [near, near * ratio.cube_root(), near * (ratio * ratio).cube_root(), near * ratio] {

@@ -5,21 +5,21 @@ use catoptric_core::math::lanes::{LANES, bits_of};
 use glam::Vec2;
 
 /// Pixels along the side of the largest tile.
-pub(in super::super) const ROOT: usize = 16;
+pub const ROOT: usize = 16;
 
 /// A sample that shows nothing.
-pub(in super::super) const NOTHING: u32 = u32::MAX;
+pub const NOTHING: u32 = u32::MAX;
 
 /// The most samples of a pixel.
 pub(in super::super) const MAX_SAMPLES: usize = 16;
 
 /// A tile's pixels and what their samples show so far. Pixels follow each other row by row, with [`ROOT`] in a row.
 #[derive(Debug)]
-pub(in super::super) struct TileSamples {
+pub struct TileSamples {
     /// Inverse depths: larger ones are nearer. Nothing is at 0.
     keys: Vec<f32>,
     /// Numbers of surfaces, or [`NOTHING`].
-    pub(in super::super) shown: Vec<u32>,
+    pub shown: Vec<u32>,
     pub(in super::super) samples: usize,
     /// Offsets of samples from a pixel's centre, in pixels.
     x: [f32; MAX_SAMPLES],
@@ -34,26 +34,27 @@ impl Default for TileSamples {
 
 /// The pixels of a tile that are drawn.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct TileArea {
+pub struct TileArea {
     /// Pixels a side: 16, 8, 4 or 2.
-    pub(in super::super) size: usize,
+    pub size: usize,
     /// Bits of the pixels in each row.
-    pub(in super::super) rows: [u16; ROOT],
+    pub rows: [u16; ROOT],
 }
 
 /// A triangle's functions, with the sign that makes edges positive within.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct DrawnTriangle {
-    pub(in super::super) number: u32,
+pub struct DrawnTriangle {
+    /// The number that samples show.
+    pub number: u32,
     /// Of the edges, and of the plane, for the model of the tile's rays.
-    pub(in super::super) functions: [[f32; TERMS]; 4],
+    pub functions: [[f32; TERMS]; 4],
     /// How far beyond the rays' starts it counts from, where that matters for this triangle.
-    pub(in super::super) margin: Option<f32>,
+    pub margin: Option<f32>,
 }
 
 /// Values of a function over eight pixels of a row, and their change a pixel to the right and down.
 #[derive(Clone, Copy)]
-pub(in super::super) struct RowValues {
+pub struct RowValues {
     pub(in super::super) value: [f32; LANES],
     pub(in super::super) dx: [f32; LANES],
     pub(in super::super) dy: [f32; LANES],
@@ -70,7 +71,7 @@ impl RowValues {
 }
 
 /// The values that a triangle's functions have in a tile's pixels.
-pub(in super::super) trait RayModel {
+pub trait RayModel {
     /// True if the functions' coefficients are of the rays' coordinates as lines, else of the place in the picture.
     const OF_LINES: bool;
 
@@ -118,7 +119,7 @@ impl NearSurface {
 
 impl TileSamples {
     /// Begins a tile with these sample places within pixels.
-    pub(in super::super) fn begin(&mut self, positions: &[Vec2]) {
+    pub fn begin(&mut self, positions: &[Vec2]) {
         self.samples = positions.len();
         for (index, position) in positions.iter().enumerate() {
             (self.x[index], self.y[index]) = (position.x - 0.5, position.y - 0.5);
@@ -132,7 +133,7 @@ impl TileSamples {
 
     /// Draws a triangle over eight columns from `column` and the rows from `row` to `row_end`.
     #[inline(always)]
-    pub(in super::super) fn draw(
+    pub fn draw(
         &mut self,
         model: &impl RayModel,
         area: &TileArea,

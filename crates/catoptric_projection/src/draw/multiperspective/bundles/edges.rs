@@ -15,11 +15,11 @@ type Function = [[f32; LANES]; TERMS];
 /// doubled. Where all three have one sign the ray meets the triangle; with their sum they are the corners' weights. The
 /// fourth, divided by that sum, is the depth where the ray meets the triangle's plane.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct EdgeFunctions {
+pub struct EdgeFunctions {
     /// As coefficients of a line's direction and moment about the tile's origin.
     lines: [Function; 4],
     /// For the rays of the bundle, as coefficients of 1, u, v, u², uv, v².
-    pub(in super::super) quadratics: [Function; 4],
+    pub quadratics: [Function; 4],
     /// By how much rays that the bundle misses may change them.
     slack: [[f32; LANES]; 4],
 }
@@ -30,7 +30,7 @@ impl EdgeFunctions {
     /// Neighbours get the same function with the opposite sign for their common edge, to the bit: every step is odd in
     /// the edge's direction.
     #[inline(always)]
-    pub(in super::super) fn new(bundle: &RayBundle, missed: Option<&[f32; TERMS]>, block: &TriangleBlock) -> Self {
+    pub fn new(bundle: &RayBundle, missed: Option<&[f32; TERMS]>, block: &TriangleBlock) -> Self {
         let none = [[0.0; LANES]; TERMS];
         let mut functions = Self { lines: [none; 4], quadratics: [none; 4], slack: [[0.0; LANES]; 4] };
         let origin = bundle.origin.to_array();
@@ -121,7 +121,7 @@ impl EdgeFunctions {
 
     /// The functions of one triangle, as a model of rays takes them.
     #[inline(always)]
-    pub(in super::super) fn of_lane<M: RayModel>(&self, lane: usize, sign: f32) -> [[f32; TERMS]; 4] {
+    pub fn of_lane<M: RayModel>(&self, lane: usize, sign: f32) -> [[f32; TERMS]; 4] {
         let all = if M::OF_LINES { &self.lines } else { &self.quadratics };
         let mut functions = [[0.0; TERMS]; 4];
         for (of_lane, function) in functions.iter_mut().zip(all) {

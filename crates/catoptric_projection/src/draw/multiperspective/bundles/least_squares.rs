@@ -1,7 +1,7 @@
 //! Quadratics of the place in the picture, by least squares.
 
 /// Coefficients of 1, u, v, u², uv, v².
-pub(in super::super) const TERMS: usize = 6;
+pub const TERMS: usize = 6;
 
 /// The first of them are those of a linear function.
 const LINEAR_TERMS: usize = 3;

@@ -7,7 +7,7 @@ use catoptric_core::math::lanes::LANES;
 
 /// A function's value at a place.
 #[inline(always)]
-pub(in super::super) fn value_at(function: &[f32; TERMS], u: f32, v: f32) -> f32 {
+pub fn value_at(function: &[f32; TERMS], u: f32, v: f32) -> f32 {
     let [c, cu, cv, cuu, cuv, cvv] = *function;
     c + v * (cv + v * cvv) + u * (cu + cuv * v + u * cuu)
 }
@@ -20,7 +20,7 @@ pub(in super::super) fn slopes_at([_, cu, cv, cuu, cuv, cvv]: &[f32; TERMS], u: 
 
 /// All rays by one bundle: functions are quadratics of the place in the picture.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct Quadratic {
+pub struct Quadratic {
     /// The first pixel's centre, and the change a pixel.
     corner: [f32; 2],
     scale: f32,
@@ -30,7 +30,7 @@ pub(in super::super) struct Quadratic {
 impl Quadratic {
     /// The model of a tile of so many pixels a side.
     #[inline(always)]
-    pub(in super::super) fn new(bundle: &RayBundle, size: usize) -> Self {
+    pub fn new(bundle: &RayBundle, size: usize) -> Self {
         let corner = [0.5 * (1.0 - size as f32) * bundle.scale; 2];
         Self { corner, scale: bundle.scale, starts: bundle.starts }
     }
@@ -78,7 +78,7 @@ const PIXELS: usize = ROOT * ROOT;
 
 /// Every pixel's own ray and its changes a pixel: functions are linear in the coordinates of lines.
 #[derive(Debug)]
-pub(in super::super) struct PixelLines {
+pub struct PixelLines {
     value: [[f32; PIXELS]; COORDINATES],
     dx: [[f32; PIXELS]; COORDINATES],
     dy: [[f32; PIXELS]; COORDINATES],
@@ -96,7 +96,7 @@ impl Default for PixelLines {
 impl PixelLines {
     /// Sets a pixel's ray.
     #[inline(always)]
-    pub(in super::super) fn set(&mut self, [column, row]: [usize; 2], coordinates: &[f32; COORDINATES]) {
+    pub fn set(&mut self, [column, row]: [usize; 2], coordinates: &[f32; COORDINATES]) {
         for (values, coordinate) in self.value.iter_mut().zip(coordinates) {
             values[row * ROOT + column] = *coordinate;
         }
@@ -115,7 +115,7 @@ impl PixelLines {
     /// Sets the changes of all rays by the differences of their neighbours. Right for pixels with two neighbours along
     /// an axis that are set, others need [`Self::set_change`].
     #[inline(always)]
-    pub(in super::super) fn difference_all(&mut self, size: usize) {
+    pub fn difference_all(&mut self, size: usize) {
         for (value, (dx, dy)) in self.value.iter().zip(self.dx.iter_mut().zip(&mut self.dy)) {
             for row in 0..size {
                 let first = row * ROOT;
@@ -134,12 +134,7 @@ impl PixelLines {
     /// Sets the change of a pixel's ray to the right (axis 0) or down by the rays of its neighbours, as far as these
     /// are known.
     #[inline(always)]
-    pub(in super::super) fn set_change(
-        &mut self,
-        pixel: [usize; 2],
-        axis: usize,
-        neighbours: &[Option<[f32; COORDINATES]>; 2],
-    ) {
+    pub fn set_change(&mut self, pixel: [usize; 2], axis: usize, neighbours: &[Option<[f32; COORDINATES]>; 2]) {
         let here = self.get(pixel);
         let (before, after, factor) = match neighbours {
             [Some(before), Some(after)] => (before, after, 0.5),
@@ -155,7 +150,7 @@ impl PixelLines {
 
     /// Finds what the bundle misses of the rays of some pixels' samples (bits of rows).
     #[inline(always)]
-    pub(in super::super) fn find_missed(&mut self, bundle: &RayBundle, rows: &[u16; ROOT], size: usize) {
+    pub fn find_missed(&mut self, bundle: &RayBundle, rows: &[u16; ROOT], size: usize) {
         let quadratic = Quadratic::new(bundle, size);
         for (coordinate, missed) in self.missed.iter_mut().enumerate() {
             let function = bundle.coordinate(coordinate);

@@ -256,14 +256,14 @@ impl Reflections<'_> {
         let (parents, own) = work.lists.split_at_mut(job.level);
         let list = &mut own[0];
         match parents.last() {
-            Some(parent) if job.inherits && parent.len() <= LONG_LIST => list.filter(parent, &beam),
+            Some(parent) if job.inherits && parent.count() <= LONG_LIST => list.filter(parent, &beam),
             _ => list.collect(self.hierarchy, &beam, &mut work.stack, most),
         }
-        if list.len() == 0 {
+        if list.count() == 0 {
             self.record(root, TileWay::Bundle, [job.column, job.row], job.size, || area);
             return Outcome::Drawn(false);
         }
-        if list.len() > most {
+        if list.count() > most {
             // Its list may not be whole.
             return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
@@ -284,7 +284,7 @@ impl Reflections<'_> {
             }
             self.find_lines(root, job, &area, &bundle, outside, work, surfaces);
         }
-        Counts::add(&self.counts.pairs, work.lists[job.level].len());
+        Counts::add(&self.counts.pairs, work.lists[job.level].count());
         self.record(root, TileWay::of_square(is_accurate), [job.column, job.row], job.size, || area);
         let own = self.own_rule(object, root.kind, outside);
         let (side, area) = (job.size, TileArea { size: job.size, rows: job.own_rows(&area) });

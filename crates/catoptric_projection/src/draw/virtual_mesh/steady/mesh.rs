@@ -25,7 +25,7 @@ const BLOCKS_AT_ONCE: usize = 512;
 
 /// Meshes by the path and the object.
 #[derive(Default)]
-pub(crate) struct SteadyMeshes {
+pub struct SteadyMeshes {
     meshes: Mutex<HashMap<(u32, u32), KnownMesh>>,
 }
 

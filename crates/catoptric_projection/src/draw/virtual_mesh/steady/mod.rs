@@ -9,7 +9,7 @@
 mod mesh;
 mod search;
 
-pub(crate) use mesh::SteadyMeshes;
+pub use mesh::SteadyMeshes;
 pub(super) use search::{KnownPoints, SteadySearch};
 
 use super::edge::EdgeRule;
@@ -28,16 +28,17 @@ use search::KnownPointsProjector;
 use std::sync::Arc;
 
 /// How a point appears wherever the eye is.
-pub(crate) enum Steadiness {
+pub enum Steadiness {
     /// Once; with its appearance from the middle.
     Shown(TetrahedronForm, Projection),
+    /// It appears nowhere.
     Nowhere,
     /// It may come and go, or appear several times; with what is known of its appearances from the middle.
     Unsteady(Vec<Projection>),
 }
 
 /// Who finds out how points appear.
-pub(crate) trait SteadySource: Sync {
+pub trait SteadySource: Sync {
     /// Where the eye is on a path; `None` where nothing is known to be steady.
     fn on_path(&self, path: u32) -> Option<SteadyPath<'_>>;
 
@@ -70,29 +71,35 @@ pub(crate) trait SteadySource: Sync {
 }
 
 /// What the nodes see at places of a path, not only at single points.
-pub(crate) trait SteadyField: Sync {
+pub trait SteadyField: Sync {
     /// What they see of a point; `None` where the field does not reach.
     fn sightings(&self, point: Vec3) -> Option<NodeSightings>;
 }
 
 /// A path while the eye stays among some nodes.
-pub(crate) struct SteadyPath<'a> {
+pub struct SteadyPath<'a> {
     /// The path's number now.
-    pub(crate) path: u32,
-    /// Meshes that were made while the eye did, and the path's number there.
-    pub(crate) meshes: &'a SteadyMeshes,
-    pub(crate) kept_path: u32,
-    /// A place in the middle of the nodes, and a picture from there that holds all of the mirror.
-    pub(crate) middle: Vec3,
-    pub(crate) view_from_middle: PreciseView,
-    pub(crate) scale_from_middle: PictureScale,
-    /// The nodes, and the middle and the size of the mirror.
-    pub(crate) nodes: [Vec3; MOST_NODES],
-    pub(crate) mirror: (Vec3, f32),
-    /// The eye's place among the nodes, and what it sees.
-    pub(crate) weights: FormWeights,
-    pub(crate) view: PreciseView,
-    pub(crate) scale: PictureScale,
+    pub path: u32,
+    /// Meshes that were made while the eye did.
+    pub meshes: &'a SteadyMeshes,
+    /// The path's number there.
+    pub kept_path: u32,
+    /// A place in the middle of the nodes.
+    pub middle: Vec3,
+    /// A picture from there that holds all of the mirror.
+    pub view_from_middle: PreciseView,
+    /// The scale of that picture.
+    pub scale_from_middle: PictureScale,
+    /// The nodes.
+    pub nodes: [Vec3; MOST_NODES],
+    /// The middle and the size of the mirror.
+    pub mirror: (Vec3, f32),
+    /// The eye's place among the nodes.
+    pub weights: FormWeights,
+    /// The picture that the eye sees.
+    pub view: PreciseView,
+    /// The scale of that picture.
+    pub scale: PictureScale,
 }
 
 /// What is steady of an object, as it is seen.

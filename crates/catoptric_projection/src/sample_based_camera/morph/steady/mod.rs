@@ -1,8 +1,8 @@
 //! Which points of objects appear as polynomials while the eye stays among its nodes.
 
-mod between;
+pub(crate) mod between;
 mod cubes;
-mod field;
+pub(crate) mod field;
 
 pub(super) use cubes::CubeCache;
 

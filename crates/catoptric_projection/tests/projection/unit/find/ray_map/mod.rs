@@ -1,3 +1,5 @@
+//! Samples, beams and candidates of ray maps.
+
 mod beams;
 mod candidate_filter;
 mod candidates;

@@ -1,8 +1,8 @@
 //! The octree's candidates against a search through all rays in double precision.
 
-use crate::find::ray_map::{Lines, RayTree};
 use catoptric_core::math::Aabb;
 use catoptric_core::math::random::Stream;
+use catoptric_projection::find::ray_map::{Lines, RayTree};
 use catoptric_testkit::scenes::random_vector as vector;
 use glam::{DVec3, Vec3};
 

@@ -1,6 +1,6 @@
 //! Selection of the candidates that are tried.
 
-use crate::find::ray_map::{Candidate, CandidateFilter, Reaching};
+use catoptric_projection::find::ray_map::{Candidate, CandidateFilter, Reaching};
 use glam::Vec2;
 
 fn candidate(x: f32, distance: f32, mirrored: bool) -> Candidate {

@@ -1,10 +1,10 @@
 //! The hierarchy of beams against all samples, one by one, in double precision.
 
 use super::samples::{balls, traced};
-use crate::find::ray_map::{RayBeams, RaySample, Reaching};
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::Material;
 use catoptric_engine::optics::path::bundle::BounceKind;
+use catoptric_projection::find::ray_map::{RayBeams, RaySample, Reaching};
 use catoptric_testkit::scenes::random_vector as vector;
 use glam::{DMat2, DVec2, DVec3, Vec3};
 

@@ -1,12 +1,12 @@
 //! Sample rays against traced neighbours, and their focal points against Coddington's equations.
 
-use crate::find::ray_map::{Approximation, RaySample, Specular, follow};
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::{Material, Ray, Scene};
 use catoptric_core::surface::AnalyticSurface;
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::optics::path::bundle::{BounceKind, Eye};
 use catoptric_engine::optics::path::manifold::SpecularSurfaces;
+use catoptric_projection::find::ray_map::{Approximation, RaySample, Specular, follow};
 use catoptric_testkit::scenes::{random_vector as vector, scene_of};
 use glam::{Affine3A, DVec2, DVec3, Vec3};
 
@@ -61,7 +61,11 @@ fn errors(scene: &Scene, aim: DVec3, spread: f64, path: &[(u32, BounceKind)]) ->
             let point = neighbour.rays.origin + neighbour.rays.direction * reach;
             let orders = [Approximation::Nearest, Approximation::Linear, Approximation::Quadratic];
             for (sum, order) in sums.iter_mut().zip(orders) {
-                *sum += sample.neighbour(point, order).unwrap().reflection_point.distance(neighbour.first.value);
+                *sum += sample
+                    .neighbour(point, order)
+                    .expect("a neighbour")
+                    .reflection_point
+                    .distance(neighbour.first.value);
             }
             let length = neighbour.optical_length + neighbour.media[neighbour.sites.count] * reach;
             sums[3] += (sample.optical_length_to(point) - length).abs();

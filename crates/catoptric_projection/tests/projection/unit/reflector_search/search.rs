@@ -1,11 +1,12 @@
-use super::image::ReflectorImage;
-use super::locator::ReflectorSearch;
-use crate::find::virtual_objects::{
-    Locator, PathLimits, PathTree, ReflectionPoint, ReflectionPoints, Reflector, ReflectorMesh,
-};
+//! Reflection points and images that are found in pictures of reflectors.
+
 use catoptric_core::math::random::Stream;
 use catoptric_core::progress::Silent;
 use catoptric_core::scene::{Scene, View};
+use catoptric_projection::parts::{
+    Locator, PathLimits, PathTree, ReflectionPoint, ReflectionPoints, Reflector, ReflectorImage, ReflectorMesh,
+    ReflectorSearch,
+};
 use catoptric_scenes::builtin;
 use glam::Vec3;
 use std::sync::Arc;
@@ -20,7 +21,7 @@ struct Set {
 
 impl Set {
     fn new(name: &str, order: u32, size: u32, from_eye: bool) -> Self {
-        let scene = builtin::parse(name).unwrap().pose(&Default::default()).unwrap();
+        let scene = builtin::parse(name).expect("a built-in scene").pose(&Default::default()).expect("a scene");
         let view = scene.default_view(640, 480);
         let meshes: Vec<_> =
             scene.specular_objects().iter().map(|object| ReflectorMesh::new(&scene, *object, 0.125)).collect();
@@ -31,8 +32,8 @@ impl Set {
             };
             ReflectorSearch::new(reflector, Arc::new(image))
         };
-        let levels =
-            PathTree::build(&scene, &meshes, &view, PathLimits { order, work: u64::MAX }, 64, make, &Silent).unwrap();
+        let levels = PathTree::build(&scene, &meshes, &view, PathLimits { order, work: u64::MAX }, 64, make, &Silent)
+            .expect("nothing is cancelled");
         Self { scene, view, meshes, levels }
     }
 
@@ -238,7 +239,9 @@ fn assert_images_are_those_of_reflection_points(name: &str, from_eye: bool) {
     search.mirror_images(&reflector, &points, &mut images);
     let mut tested = 0;
     for (point, image) in points.iter().zip(&images) {
-        let reflection_point = search.first_reflection_point(&reflector, *point);
+        let mut found = ReflectionPoints::default();
+        search.locate(&reflector, &[*point], &mut found);
+        let reflection_point = found.all().first().copied();
         assert_eq!(reflection_point.is_some(), image.is_finite(), "{point}: {reflection_point:?}, but {image}");
         let Some(reflection_point) = reflection_point else { continue };
         let expected =

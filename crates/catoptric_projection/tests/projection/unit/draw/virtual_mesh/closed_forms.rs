@@ -1,10 +1,17 @@
 //! Virtual meshes of projections in closed form.
 
-use super::*;
-use catoptric_core::progress::Silent;
-use catoptric_core::scene::Camera;
-use catoptric_engine::method::projector::SpecularPath;
+use catoptric_core::math::Aabb;
+use catoptric_core::progress::{Silent, Stage};
+use catoptric_core::scene::{Camera, View};
+use catoptric_engine::method::projector::{Projection, Projections, SpecularPath, VertexProjector};
+use catoptric_engine::raster::DrawTriangle;
+use catoptric_projection::draw::virtual_mesh::{
+    Allowance, MeshQuality, PictureScale, VirtualMesh, VirtualObject, WeldedObject,
+};
+use catoptric_projection::parts::{MAX_APPEARANCES, virtual_mesh};
+use glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// Pixels a unit of the flat object.
 const SCALE: f32 = 100.0;
@@ -65,7 +72,7 @@ fn mesh_of<P: VertexProjector>(projector: &P, welded: &WeldedObject) -> VirtualM
         last_reflector: far,
         scene_size: 200.0,
     };
-    uncancelled(projector, &object, &quality(None))
+    uncancelled(projector, &object, &quality())
 }
 
 pub(super) fn flat_object(welded: &WeldedObject) -> VirtualObject {
@@ -96,9 +103,9 @@ fn limited<P: VertexProjector>(
         object,
         quality,
         Allowance::for_all(allowed),
-        &Stage::begin(&Silent, "", 1).unwrap(),
+        &Stage::begin(&Silent, "", 1).expect("nothing is cancelled"),
     )
-    .unwrap()
+    .expect("nothing is cancelled")
 }
 
 const EDGE_ERROR_PX: f32 = 0.25;
@@ -106,9 +113,15 @@ const EDGE_ERROR_PX: f32 = 0.25;
 /// Work that is never reached.
 const PLENTY: u64 = u64::MAX / 1_000_000;
 
-fn quality(focal_px: Option<f32>) -> MeshQuality {
-    let picture = PictureScale { size_px: Vec2::splat(400.0), focal_px };
-    MeshQuality { edge_error_px: EDGE_ERROR_PX, piece_px: 0.75, picture }
+fn quality() -> MeshQuality {
+    MeshQuality { edge_error_px: EDGE_ERROR_PX, piece_px: 0.75, picture: PictureScale::new(&view()) }
+}
+
+/// A view without perspective, one pixel a unit, in whose picture places have their own coordinates.
+pub(super) fn view() -> View {
+    let camera = Camera::look_at("", Vec3::new(200.0, -200.0, 1.0), Vec3::new(200.0, -200.0, 0.0), Vec3::Y, 40.0);
+    let projection = catoptric_core::scene::Projection::Orthographic { half_height: 200.0 };
+    View { projection, ..View::new(&camera, 400, 400, 0.01) }
 }
 
 /// A point of a source triangle by the weights of its second and third vertex.
@@ -255,7 +268,7 @@ fn straight_edges_in_perspective_are_drawn_as_they_are() {
         last_reflector: Aabb { min: Vec3::splat(100.0), max: Vec3::splat(101.0) },
         scene_size: 200.0,
     };
-    let quality = MeshQuality { picture: PictureScale::new(&view), ..quality(None) };
+    let quality = MeshQuality { picture: PictureScale::new(&view), ..quality() };
     let mesh = uncancelled(&Pinhole { view: view.clone() }, &object, &quality);
     assert_eq!(mesh.triangles.len(), 2);
     for (triangle, corners) in mesh.triangles.iter().zip(&mesh.corners) {
@@ -450,29 +463,29 @@ fn pieces_are_bounded_where_pictures_are_wild() {
     let welded = grid(Vec2::splat(0.13), Vec2::splat(0.93), 5);
     let object = flat_object(&welded);
     let allowed = 4000;
-    let mesh = limited(&projector, &object, &quality(None), allowed);
+    let mesh = limited(&projector, &object, &quality(), allowed);
     // What was begun is finished: a few pieces more at every level of division.
     assert!(mesh.work < 4 * allowed && mesh.triangles.len() as u64 * 20 < 2 * allowed, "{}", mesh.work);
     assert!(mesh.unfinished > 0 && mesh.needed.is_none(), "{} unfinished, {:?}", mesh.unfinished, mesh.needed);
     assert!(mesh.vertices.iter().all(|point| point.xy.is_finite() && point.w.is_finite()));
     assert_eq!(mesh.vertices.len(), 3 * mesh.corners.len());
     // With nothing allowed there is nothing to draw that is not known by then.
-    assert!(limited(&projector, &object, &quality(None), 0).work < 1000);
+    assert!(limited(&projector, &object, &quality(), 0).work < 1000);
 }
 
 #[test]
 fn meshes_are_the_same_with_as_much_work_as_they_need() {
     let welded = grid(Vec2::ZERO, Vec2::ONE, 2);
     let (object, projector) = (flat_object(&welded), Formula(bent));
-    let plenty = limited(&projector, &object, &quality(None), PLENTY);
+    let plenty = limited(&projector, &object, &quality(), PLENTY);
     let needed = plenty.needed.unwrap();
     let same = |other: &VirtualMesh| {
         other.vertices == plenty.vertices && other.triangles == plenty.triangles && other.corners == plenty.corners
     };
-    let enough = limited(&projector, &object, &quality(None), needed);
+    let enough = limited(&projector, &object, &quality(), needed);
     assert!(same(&enough) && enough.unfinished == 0 && enough.needed == Some(needed) && plenty.holds_with(needed));
     // Far less is not enough, and says so.
-    let less = limited(&projector, &object, &quality(None), needed / 20);
+    let less = limited(&projector, &object, &quality(), needed / 20);
     let state = (less.unfinished, less.extrapolated, less.needed, needed);
     assert!(!same(&less) && less.needed.is_none() && less.unfinished + less.extrapolated > 0, "{state:?}");
     assert!(!less.holds_with(needed) && less.holds_with(needed / 20));
@@ -481,7 +494,7 @@ fn meshes_are_the_same_with_as_much_work_as_they_need() {
 #[test]
 fn points_beyond_the_work_are_led_on_from_others() {
     let welded = grid(Vec2::ZERO, Vec2::ONE, 20);
-    let mesh = limited(&Formula(bent), &flat_object(&welded), &quality(None), 100);
+    let mesh = limited(&Formula(bent), &flat_object(&welded), &quality(), 100);
     assert!(mesh.extrapolated > 300 && mesh.points_projected < 140, "{} led on", mesh.extrapolated);
     let pieces = pieces(&mesh, &welded);
     // Every triangle is drawn; points are led on over a third of the square at most, and off by the second order.
@@ -496,7 +509,7 @@ fn of_very_many_appearances_the_largest_are_drawn() {
         (0..40).map(|k| (p * 0.1 * k as f32, [Vec2::X * 0.1 * k as f32, Vec2::Y * 0.1 * k as f32], k)).collect()
     };
     let welded = grid(Vec2::ZERO, Vec2::ONE, 1);
-    let mesh = limited(&Formula(many), &flat_object(&welded), &quality(None), PLENTY);
+    let mesh = limited(&Formula(many), &flat_object(&welded), &quality(), PLENTY);
     assert_eq!(mesh.left_out, 4 * (40 - MAX_APPEARANCES as u64));
     // The smallest of those that are drawn has its far corner here.
     let smallest = 0.1 * (40 - MAX_APPEARANCES) as f32 * SCALE;

@@ -1,16 +1,14 @@
 //! Edge functions, beams and coverage against rays that are followed one by one.
 
-use super::beam::{Beam, CandidateList};
-use super::bundle::{BundleFit, RayBundle, TileRay};
-use super::coverage::{DrawnTriangle, NOTHING, ROOT, RayModel, TileArea, TileSamples};
-use super::edges::EdgeFunctions;
-use super::least_squares::TERMS;
-use super::model::{PixelLines, Quadratic, value_at};
 use catoptric_core::math::Aabb;
 use catoptric_core::math::lanes::LANES;
 use catoptric_core::math::random::Stream;
 use catoptric_core::scene::Ray;
 use catoptric_engine::light::wide_hierarchy::TriangleBlock;
+use catoptric_projection::parts::{
+    Beam, BundleFit, CandidateList, DrawnTriangle, EdgeFunctions, NOTHING, PixelLines, Quadratic, ROOT, RayBundle,
+    RayModel, TERMS, TileArea, TileRay, TileSamples, value_at,
+};
 use glam::{Vec2, Vec3};
 
 const SIZE: usize = 8;
@@ -141,7 +139,7 @@ fn beams_hold_all_triangles_that_rays_of_their_tile_meet() {
             let mut list = CandidateList::default();
             list.filter(&parent, &beam);
             let kept: Vec<u32> = list.blocks.iter().flat_map(|block| block.triangles).collect();
-            assert!(list.len() < parent.len(), "nothing was left out");
+            assert!(list.count() < parent.count(), "nothing was left out");
             let mut met = 0;
             for block in &parent.blocks {
                 for lane in 0..LANES {

@@ -1,14 +1,19 @@
 //! What stays of virtual meshes while the eye moves, beside what is found from every eye, in closed form.
 
-use super::steady::{Steadiness, SteadyField, SteadyMeshes, SteadyPath, SteadySource};
-use super::tests::{area, corners_agree, flat_object, grid, open_edges, pieces};
-use super::*;
-use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
-use crate::find::tetrahedron_form::{FormWeights, PlaceAndLength, TetrahedronForm};
-use crate::find::work::{self, SharedWork};
-use catoptric_core::progress::Silent;
-use catoptric_core::scene::{Camera, PreciseView};
-use catoptric_engine::method::projector::SpecularPath;
+use super::closed_forms::{area, corners_agree, flat_object, grid, open_edges, pieces, view};
+use catoptric_core::progress::{Cancelled, Silent, Stage};
+use catoptric_core::scene::PreciseView;
+use catoptric_engine::method::projector::{Projection, Projections, SpecularPath, VertexProjector};
+use catoptric_projection::draw::virtual_mesh::{
+    Allowance, MeshQuality, PictureScale, VirtualMesh, VirtualObject, WeldedObject,
+};
+use catoptric_projection::parts::work::{self, SharedWork};
+use catoptric_projection::parts::{
+    FormWeights, MOST_NODES, NodeSightings, PlaceAndLength, Sighting, Steadiness, SteadyField, SteadyMeshes,
+    SteadyPath, SteadySource, TetrahedronForm, virtual_mesh,
+};
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Pixels a unit of the object.
@@ -40,13 +45,6 @@ fn projection(point: Vec3, eye: f32) -> Projection {
     let (image_px, change) = seen(point.truncate(), eye);
     let image_change = change.map(|change| change.extend(0.0));
     Projection { image_px, image_change, path_length: LENGTH, ..Projection::default() }
-}
-
-/// A view without perspective, one pixel a unit, in whose picture places have their own coordinates.
-fn view() -> View {
-    let camera = Camera::look_at("", Vec3::new(200.0, -200.0, 1.0), Vec3::new(200.0, -200.0, 0.0), Vec3::Y, 40.0);
-    let projection = catoptric_core::scene::Projection::Orthographic { half_height: 200.0 };
-    View { projection, ..View::new(&camera, 400, 400, 0.01) }
 }
 
 impl Moving {
@@ -161,8 +159,9 @@ fn square(welded: &Arc<WeldedObject>) -> VirtualObject {
 
 fn drawn(moving: &Moving, welded: &Arc<WeldedObject>, work: u64) -> VirtualMesh {
     let quality = MeshQuality { edge_error_px: 0.25, piece_px: 0.75, picture: PictureScale::new(&view()) };
-    let stage = Stage::begin(&Silent, "", 1).unwrap();
-    virtual_mesh((moving, Some(moving)), &square(welded), &quality, Allowance::for_whole(work), &stage).unwrap()
+    let stage = Stage::begin(&Silent, "", 1).expect("nothing is cancelled");
+    virtual_mesh((moving, Some(moving)), &square(welded), &quality, Allowance::for_whole(work), &stage)
+        .expect("nothing is cancelled")
 }
 
 const PLENTY: u64 = 1_000_000;

@@ -1,0 +1,6 @@
+//! Reflectors' meshes, their rays, facets and pieces.
+
+mod facets;
+mod mesh;
+mod piece;
+mod rays;

@@ -1,0 +1,5 @@
+//! The search in pictures of reflectors.
+
+mod cube;
+mod search;
+mod starts;

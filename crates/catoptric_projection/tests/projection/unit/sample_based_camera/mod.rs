@@ -1,0 +1,6 @@
+//! Records, cube maps, the visibility of reflectors, and morphing.
+
+mod cube;
+mod morph;
+mod primary_visibility;
+mod words;
