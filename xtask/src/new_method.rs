@@ -71,7 +71,6 @@ impl Request {
             ("limits.rs".into(), include_str!("../templates/limits.rs")),
             (format!("{}.rs", self.role), role),
             ("settings.rs".into(), include_str!("../templates/settings.rs")),
-            ("tests.rs".into(), include_str!("../templates/tests.rs")),
         ];
         files.extend(self.has_bake.then(|| ("bake.rs".into(), include_str!("../templates/bake.rs"))));
         files.extend(self.has_layout.then(|| ("layout.rs".into(), include_str!("../templates/layout.rs"))));
@@ -98,7 +97,7 @@ impl Request {
         };
         let layout_use = if self.has_layout { "pub use layout::{{type}}Texel;\n" } else { "" };
         let pairs = [
-            ("{{modules}}\n", format!("{modules}#[cfg(test)]\nmod tests;\n")),
+            ("{{modules}}\n", modules),
             ("{{draw_use}}", draw_use.into()),
             ("{{draw}}", draw.into()),
             ("{{role_use}}", format!("use {}::{{{{type}}}}Tables;", self.role)),
@@ -240,8 +239,8 @@ mod tests {
     #[test]
     fn files_and_lines_of_the_registry_appear() {
         for (words, role, roles) in [
-            (&["toy_map", "--family", "lookup"][..], "lookup.rs", 6),
-            (&["toy_map", "--family", "projection", "--bake", "--layout"], "project.rs", 8),
+            (&["toy_map", "--family", "lookup"][..], "lookup.rs", 5),
+            (&["toy_map", "--family", "projection", "--bake", "--layout"], "project.rs", 7),
         ] {
             let project = project();
             let request = Request::parse(words).unwrap();

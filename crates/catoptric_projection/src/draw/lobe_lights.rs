@@ -94,6 +94,17 @@ struct LitPlace {
     is_whole: bool,
 }
 
+/// The cells that tell the light in the middle of a cell.
+#[derive(Clone, Copy, PartialEq)]
+enum ToldBy {
+    /// Larger ones, or none: it shows no lobes.
+    Larger,
+    /// Those of its size, if the light is smooth on them.
+    Own,
+    /// Smaller ones: it is not tried.
+    Smaller,
+}
+
 /// The light over lobes of what is seen directly in a picture.
 pub(super) struct LobeLights {
     /// Those with the largest cells first.
@@ -146,12 +157,19 @@ struct Grid {
     size: [usize; 2],
     /// Rows of cells, those with lobes; without those where larger cells tell as much.
     rows: Vec<Row<LitPlace>>,
+    /// The cells that tell the light, in rows.
+    told_by: Vec<Vec<ToldBy>>,
 }
 
 impl Grid {
     /// No cells yet, for a picture of a size in pixels.
     fn empty(cell_px: u32, size_px: [u32; 2]) -> Self {
-        Self { cell_px, size: size_px.map(|pixels| pixels.div_ceil(cell_px) as usize), rows: Vec::new() }
+        Self {
+            cell_px,
+            size: size_px.map(|pixels| pixels.div_ceil(cell_px) as usize),
+            rows: Vec::new(),
+            told_by: Vec::new(),
+        }
     }
 
     /// The middle of a cell, in pixels.
@@ -164,19 +182,23 @@ impl Grid {
         let at = position / self.cell_px as f32 - 0.5;
         let (first, share) = (at.floor(), at - at.floor());
         let last = [self.size[0] - 1, self.size[1] - 1];
+        let mut is_tried = true;
         let cells = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
             let place = (first + Vec2::new(x as f32, y as f32)).max(Vec2::ZERO);
             let [column, row] = [(place.x as usize).min(last[0]), (place.y as usize).min(last[1])];
+            is_tried &= self.told_by.get(row)?.get(column)? != &ToldBy::Smaller;
             let lit = self.rows.get(row)?.get(column)?.as_deref().filter(|lit| lit.place.shows(point))?;
             Some((lit, [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y]))
         });
-        Nearest { cell_px: self.cell_px, cells }
+        Nearest { cell_px: self.cell_px, is_tried, cells }
     }
 }
 
 /// The cells nearest to a point that show its surface, each with its weight.
 struct Nearest<'a> {
     cell_px: u32,
+    /// False if smaller cells tell the light of one of them.
+    is_tried: bool,
     cells: [Option<(&'a LitPlace, f32)>; 4],
 }
 
@@ -184,7 +206,9 @@ impl Nearest<'_> {
     /// True if the light is smooth on those that show the surface.
     fn is_smooth(&self) -> bool {
         let weight: f32 = self.cells.iter().flatten().map(|(_, weight)| weight).sum();
-        weight >= LEAST_WEIGHT_SMOOTH && self.smooth_px().is_some_and(|smooth| smooth >= self.cell_px as f32)
+        self.is_tried
+            && weight >= LEAST_WEIGHT_SMOOTH
+            && self.smooth_px().is_some_and(|smooth| smooth >= self.cell_px as f32)
     }
 
     /// The side of cells on which the light would be smooth, in pixels: that of the least smooth one; `None` if no cell
@@ -251,9 +275,9 @@ impl Cells<'_, '_> {
         let [columns, row_count] = self.grid.size;
         let Job { scene, quality, .. } = *self.job;
         let init = || (PathTracer::new(scene, self.tracer, PathModel::Tree, quality.order), Treelet::default());
-        let lacking = by_rows(stage, 0..row_count, columns, Treelet::default, |treelet, row, columns| {
+        self.grid.told_by = by_rows(stage, 0..row_count, columns, Treelet::default, |treelet, row, columns| {
             self.gather(treelet, row, &columns);
-            columns.map(|column| self.lacks_light(treelet, column, row)).collect()
+            columns.map(|column| self.told_by(treelet, column, row)).collect()
         })?;
         let mut traced: Vec<Row<TracedPlace>> = Vec::with_capacity(row_count);
         let mut rows = Vec::with_capacity(row_count);
@@ -261,10 +285,10 @@ impl Cells<'_, '_> {
             let band = rows.len()..(rows.len() + BAND).min(row_count);
             let ahead = traced.len()..(band.end + NEIGHBOURS).min(row_count);
             traced.extend(by_rows(stage, ahead, columns, init, |(paths, treelet), row, columns| {
-                self.trace(paths, treelet, &lacking, row, columns)
+                self.trace(paths, treelet, row, columns)
             })?);
             rows.extend(by_rows(stage, band.clone(), columns, init, |(paths, treelet), row, columns| {
-                self.light(paths, treelet, (&lacking[row], &traced), row, columns)
+                self.light(paths, treelet, &traced, row, columns)
             })?);
             // Nobody looks at these again.
             for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
@@ -276,19 +300,32 @@ impl Cells<'_, '_> {
         Ok(self.grid)
     }
 
-    /// True if larger cells do not tell the light of a cell.
-    fn lacks_light(&self, treelet: &Treelet, column: usize, row: usize) -> bool {
+    /// The cells that tell the light in the middle of a cell.
+    fn told_by(&self, treelet: &Treelet, column: usize, row: usize) -> ToldBy {
         if self.larger.grids.is_empty() {
-            return true;
+            return ToldBy::Own;
         }
         let (scene, at) = (self.job.scene, self.grid.middle(column, row));
         let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
         let hit = self.tracer.first_hit_among(scene, &ray, self.near.distance(&ray), treelet);
-        hit.filter(|hit| scene.material_of(hit.object(scene)).lobes().is_some()).is_some_and(|hit| {
-            let encounter = self.tracer.encounter(scene, &ray, &hit, Some(&change));
-            self.larger.smooth_at(at, &encounter.point).is_none()
-                && (self.is_smallest() || self.may_be_smooth(at, &encounter.point))
-        })
+        let Some(hit) = hit.filter(|hit| scene.material_of(hit.object(scene)).lobes().is_some()) else {
+            return ToldBy::Larger;
+        };
+        let point = self.tracer.encounter(scene, &ray, &hit, Some(&change)).point;
+        if self.larger.smooth_at(at, &point).is_some() {
+            ToldBy::Larger
+        } else if self.is_smallest() || self.may_be_smooth(at, &point) {
+            ToldBy::Own
+        } else {
+            ToldBy::Smaller
+        }
+    }
+
+    /// True if a cell, or one that is so many cells away from it at most, tells light.
+    fn is_needed(&self, column: usize, row: usize, reach: usize) -> bool {
+        let [columns, rows] = self.grid.size;
+        around(row, reach, rows)
+            .any(|row| self.grid.told_by[row][around(column, reach, columns)].contains(&ToldBy::Own))
     }
 
     /// True if larger cells do not say that the light is not smooth on cells of this size. At edges, where none of them
@@ -303,19 +340,16 @@ impl Cells<'_, '_> {
         Some(&self.grid.cell_px) == CELLS_PX.last()
     }
 
-    /// The places of some cells in a row, with their rays: of those that lack light and those around them.
+    /// The places of some cells in a row, with their rays: of those whose light is wanted and those around
+    /// them.
     fn trace(
         &self,
         paths: &mut PathTracer<'_>,
         treelet: &mut Treelet,
-        lacking: &[Vec<bool>],
         row: usize,
         columns: Range<usize>,
     ) -> Vec<Option<Box<TracedPlace>>> {
-        let is_near = |column: usize| {
-            around(row, lacking.len()).any(|row| lacking[row][around(column, self.grid.size[0])].contains(&true))
-        };
-        let wanted: Vec<bool> = columns.clone().map(is_near).collect();
+        let wanted: Vec<bool> = columns.clone().map(|column| self.is_needed(column, row, 1 + NEIGHBOURS)).collect();
         if wanted.contains(&true) {
             self.gather(treelet, row, &columns);
         }
@@ -356,14 +390,15 @@ impl Cells<'_, '_> {
         &self,
         paths: &mut PathTracer<'_>,
         treelet: &mut Treelet,
-        (lacking, traced): (&[bool], &[Row<TracedPlace>]),
+        traced: &[Row<TracedPlace>],
         row: usize,
         columns: Range<usize>,
     ) -> Vec<Option<Box<LitPlace>>> {
         let mut is_gathered = false;
         let cells = columns.clone();
         let lit = cells.map(|column| {
-            let own = traced[row][column].as_deref().filter(|_| lacking[column])?;
+            // Pixels at the rim of such cells lie between these and their neighbours.
+            let own = traced[row][column].as_deref().filter(|_| self.is_needed(column, row, 1))?;
             let (lights, smooth_side) = lights(traced, [row, column], &[]);
             let place = own.place;
             let smooth_px = self.grid.cell_px as f32 * (smooth_side / place.side);
@@ -398,9 +433,9 @@ impl Cells<'_, '_> {
     }
 }
 
-/// The numbers of cells around one of so many, and its own.
-fn around(middle: usize, end: usize) -> Range<usize> {
-    middle.saturating_sub(NEIGHBOURS)..(middle + NEIGHBOURS + 1).min(end)
+/// The numbers of cells at most so far from one of so many, and its own.
+fn around(middle: usize, reach: usize, end: usize) -> Range<usize> {
+    middle.saturating_sub(reach)..(middle + reach + 1).min(end)
 }
 
 /// The light over each lobe of a cell's place, by its rays, those of more rounds, and those of its neighbours; how long
@@ -416,8 +451,8 @@ fn lights(
         let rays = own.rays[lobe].as_ref()?;
         let mut others = [(rays, 0.0); (2 * NEIGHBOURS + 1).pow(2)];
         let mut count = 0;
-        for other_row in around(row, traced.len()) {
-            for other_column in around(column, traced[row].len()) {
+        for other_row in around(row, NEIGHBOURS, traced.len()) {
+            for other_column in around(column, NEIGHBOURS, traced[row].len()) {
                 let Some(other) = traced[other_row][other_column].as_deref() else { continue };
                 let apart = (other.place.position - own.place.position).dot(own.place.geometric_normal).abs();
                 let is_same = other.place.object == own.place.object && apart <= own.place.side;
