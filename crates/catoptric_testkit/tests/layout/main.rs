@@ -112,6 +112,22 @@ fn lines_of_prose_are_short() {
     assert!(long.is_empty(), "lines of prose of over {MAX_PROSE_COLUMNS} columns:\n{}", long.join("\n"));
 }
 
+/// Libraries that are not compiled for tests of their own would leave out such tests without a word.
+#[test]
+fn tests_stand_where_they_are_run() {
+    let mut left_out = Vec::new();
+    let is_without = |manifest: &str| manifest.lines().any(|line| line.trim() == "test = false");
+    let without = texts(&["crates"], "toml").into_iter().filter(|(_, manifest)| is_without(manifest));
+    let folders: Vec<String> = without.filter_map(|(path, _)| Some(path.strip_suffix("Cargo.toml")?.into())).collect();
+    assert!(folders.iter().any(|folder| folder == "crates/catoptric_engine/"), "{folders:?}");
+    for folder in &folders {
+        for (path, text) in texts(&[&format!("{folder}src")], "rs") {
+            left_out.extend(["cfg(test)", "#[test]"].iter().any(|word| text.contains(word)).then_some(path));
+        }
+    }
+    assert!(left_out.is_empty(), "tests of these are for the crate's tests/:\n{}", left_out.join("\n"));
+}
+
 /// What is baked has the same bits on every machine, so scenes and radiance take no function from the system's
 /// library: those of `math::portable` are for them.
 #[test]
@@ -145,12 +161,10 @@ fn elementary_functions_are_portable() {
     let folders = crates.map(|name| format!("crates/catoptric{name}/src"));
     let folders = folders.each_ref().map(String::as_str);
     for (path, text) in texts(&folders, "rs") {
-        let is_test = path.contains("/tests/") || path.ends_with("/tests.rs");
-        if is_test || ELSEWHERE.iter().any(|part| path.contains(part)) {
+        if ELSEWHERE.iter().any(|part| path.contains(part)) {
             continue;
         }
-        let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-        for (number, line) in code.lines().enumerate() {
+        for (number, line) in text.lines().enumerate() {
             let code = line.split("//").next().unwrap_or_default();
             let of_numbers = |name: &str| ["f32", "f64"].map(|number| format!("{number}::{name}"));
             let is_called = |name: &str| {
