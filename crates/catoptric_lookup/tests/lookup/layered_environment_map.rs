@@ -100,13 +100,13 @@ fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
 #[test]
 fn direct_images_show_what_a_lens_does_not_and_change_nothing_that_it_shows() {
     // A glass ball, from a viewpoint and from beside it, with pictures from the viewpoint alone.
-    let scene = scene("glass_sphere");
+    let scene = scene("glass_sphere?tess=24");
     let camera = scene.default_view(4, 3);
     let center = scene.objects[scene.specular_objects()[0] as usize].bounds.center();
     let errors = |direct: &str| {
         [0.0f32, 15.0].map(|degrees| {
             let eye = center + Quat::from_rotation_y(degrees.to_radians()) * (camera.eye() - center);
-            let view = scene.view(&Camera::look_at("", eye, center, Vec3::Y, 40.0), 120, 90);
+            let view = scene.view(&Camera::look_at("", eye, center, Vec3::Y, 40.0), 80, 60);
             let rest = "textures = 'inferred'\ndepth = false\ncontinued = false\nneighbours = 0";
             flip(&format!("{SMALL}\n{rest}\ndirect = '{direct}'"), &scene, &view)
         })
