@@ -1,6 +1,7 @@
 //! {{title}} against the reference.
 
 use catoptric::methods::Quality;
+use catoptric_engine::method::Settings as _;
 use catoptric_{{family}}::{{name}}::{{type}}Settings;
 use catoptric_testkit::drawing::{error, scene};
 
