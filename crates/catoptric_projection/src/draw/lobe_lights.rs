@@ -52,7 +52,7 @@ const TURNED: f32 = 0.7;
 const LEAST_WEIGHT: f32 = 1e-3;
 const LEAST_WEIGHT_SMOOTH: f32 = 0.1;
 
-/// What cells of a row show, or know.
+/// Cells of a row, as far as something is known of them.
 type Row<T> = Vec<Option<Box<T>>>;
 
 /// The surface that the middle of a cell shows.
@@ -99,7 +99,7 @@ struct LitPlace {
 enum ToldBy {
     /// Larger ones, or none: it shows no lobes.
     Larger,
-    /// Those of its size, if the light is smooth on them.
+    /// Cells of its size, if the light is smooth on them.
     Own,
     /// Smaller ones: it is not tried.
     Smaller,
@@ -107,7 +107,7 @@ enum ToldBy {
 
 /// The light over lobes of what is seen directly in a picture.
 pub(super) struct LobeLights {
-    /// Those with the largest cells first.
+    /// The largest cells first.
     grids: Vec<Grid>,
 }
 
@@ -265,7 +265,7 @@ struct Cells<'a, 'j> {
     rays: ViewRays,
     near: NearPlane,
     grid: Grid,
-    /// What larger cells have told.
+    /// The light of larger cells.
     larger: &'a LobeLights,
 }
 
