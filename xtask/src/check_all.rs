@@ -99,7 +99,12 @@ const STEPS: [Step; 9] = [
         name: "slow",
         about: "the library's tests that `cargo test` leaves out: busy scenes, errors against settings, many cases",
         missing: nothing,
-        command: |_| cargo("test --release -p catoptric --lib --tests --no-fail-fast --locked -- --ignored"),
+        command: |_| {
+            cargo(
+                "test --release -p catoptric -p catoptric_engine -p catoptric_lookup -p catoptric_projection \
+                 --tests --no-fail-fast --locked -- --ignored",
+            )
+        },
     },
     Step {
         name: "cluster",
