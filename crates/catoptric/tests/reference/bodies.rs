@@ -5,9 +5,11 @@ use catoptric::light::path_tracer::{PathModel, PathTracer};
 use catoptric::light::tracer::Tracer;
 use catoptric::math::random::Stream;
 use catoptric::optics::fresnel_dielectric;
+use catoptric::scene::model::LocalTransform;
+use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Material, Ray, Scene};
 use catoptric_testkit::scenes::SceneBuilder;
-use glam::Vec3;
+use glam::{DVec3, Quat, Vec3};
 
 fn between(numbers: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * f64::from(numbers.next_unit())
@@ -144,6 +146,48 @@ fn faces_in_one_place_reflect_as_one_interface() {
     }
 }
 
+/// A block of glass stands on a table, over a film of air, with a label in the plane of its upper side and a mirror in
+/// that of the table beside it; all is turned, so that nothing is rounded alike.
+#[test]
+fn what_lies_in_the_plane_of_glass_and_mirrors_is_seen_wherever_rays_come_from() {
+    let mut builder = SceneBuilder::new();
+    let sheet = |builder: &mut SceneBuilder, name: &str, low: [f32; 2], size: [f32; 2], height: f32, material| {
+        let corner = Vec3::new(low[0], low[1], height);
+        builder.quad(name, corner, Vec3::X * size[0], Vec3::Y * size[1], material);
+    };
+    let [red, green, blue] = [Vec3::X, Vec3::Y, Vec3::Z].map(|color| builder.flat(&format!("{color}"), color));
+    let glass = builder.material(Material::glass("glass", 1.5));
+    let mirror = builder.material(Material::mirror("mirror", Vec3::ONE));
+    sheet(&mut builder, "below the table", [-9.0; 2], [18.0; 2], -1.0, blue);
+    sheet(&mut builder, "table", [-9.0; 2], [18.0; 2], 0.0, green);
+    builder.cuboid("glass", Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 0.7), false, glass);
+    sheet(&mut builder, "label", [-0.4, -0.3], [0.9, 0.5], 0.7, red);
+    sheet(&mut builder, "mirror", [2.0, -1.0], [2.0, 2.0], 0.0, mirror);
+    let turn = Quat::from_axis_angle(Vec3::new(0.3, 1.0, 0.2).normalize(), 0.9);
+    for node in &mut builder.model_mut().nodes {
+        node.local = LocalTransform::Rigid { translation: DVec3::ZERO, rotation: turn.as_dquat() };
+    }
+    let scene = builder.build();
+    let tracer = Tracer::build(&scene, |_| true);
+    let mut numbers = Stream::new(5);
+    let mut random = |low: f32, high: f32| low + (high - low) * numbers.next_unit();
+    for _ in 0..2000 {
+        let towards = Vec3::new(random(-1.0, 1.0), random(-1.0, 1.0), random(-2.0, -0.7)).normalize();
+        let arriving = |at: Vec3, order: u32| {
+            let ray = Ray { origin: turn * (at - 3.0 * towards), direction: turn * towards };
+            PathTracer::new(&scene, &tracer, PathModel::Tree, order).radiance_along(ray, None, 0.0)
+        };
+        assert_eq!(arriving(Vec3::new(random(-0.39, 0.49), random(-0.29, 0.19), 0.7), 4), Vec3::X);
+        // At order 0 the mirror is black.
+        assert_eq!(arriving(Vec3::new(random(2.2, 3.8), random(-0.8, 0.8), 0.0), 0), Vec3::ZERO);
+        assert_eq!(arriving(Vec3::new(random(-9.0, -4.0), random(-4.0, 4.0), 0.0), 4), Vec3::Y);
+        // What the upper and the lower side of the glass let pass comes from the table.
+        let through = arriving(Vec3::new(random(-0.2, 0.2), random(0.3, 0.45), 0.7), 2);
+        let expected = Vec3::Y * (1.0 - fresnel_dielectric(-towards.z, 1.0 / 1.5)).powi(2);
+        assert!((through - expected).abs().max_element() < 1e-3, "{through} {expected} {towards}");
+    }
+}
+
 /// What an eye within water sees through a wall of glass, and how much the water absorbs.
 #[test]
 fn an_eye_within_a_body_sees_by_its_medium() {
@@ -159,6 +203,69 @@ fn an_eye_within_a_body_sees_by_its_medium() {
     let light = PathTracer::new(&scene, &tracer, PathModel::Tree, 2).radiance_along(ray, None, 0.0);
     let expected = (-0.4f32 * 2.0).exp();
     assert!((light.x - expected).abs() < 1e-4, "{} {expected}", light.x);
+}
+
+/// Ice that reaches out of the water, and the same with the water's priority above it.
+#[test]
+fn of_bodies_in_one_place_that_of_the_greater_priority_is_there() {
+    for (priority, expected) in [(0, 1.3), (2, 1.7)] {
+        let mut builder = SceneBuilder::new();
+        let water = builder.material(Material { priority, ..Material::glass("water", 1.7) });
+        builder.cuboid("water", Vec3::splat(-2.0), Vec3::splat(1.0), false, water);
+        let ice = builder.material(Material::glass("ice", 1.3));
+        builder.cuboid("ice", Vec3::new(-0.5, -0.5, -0.5), Vec3::new(0.5, 0.5, 0.5), false, ice);
+        let paint = builder.flat("paint", Vec3::ONE);
+        builder.cuboid("stone", Vec3::splat(-0.2), Vec3::splat(0.2), false, paint);
+        let scene = builder.build();
+        let tracer = Tracer::build(&scene, |_| true);
+        let ray = Ray { origin: Vec3::new(0.1, 0.1, 2.0), direction: Vec3::NEG_Z };
+        let light = PathTracer::new(&scene, &tracer, PathModel::Tree, 3).radiance_along(ray, None, 0.0);
+        let transmitted = |eta: f32| 1.0 - fresnel_dielectric(1.0, eta);
+        let expected = transmitted(1.0 / 1.7) * transmitted(1.7 / expected);
+        assert!((light.x - expected).abs() < 1e-4, "{priority}: {} {expected}", light.x);
+    }
+}
+
+/// A pane of one sheet that is glass by a role: light passes it straight, and both of its sides reflect. A box of such
+/// sheets is a body.
+#[test]
+fn open_sheets_that_are_glass_by_a_role_are_plates() {
+    let scene = |is_box: bool| {
+        let mut builder = SceneBuilder::new();
+        let paint = builder.material(Material::diffuse("paint", Vec3::ONE));
+        let behind = builder.flat("behind", Vec3::new(0.0, 0.0, 1.0));
+        let before = builder.flat("before", Vec3::new(1.0, 0.0, 0.0));
+        let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);
+        let low = Vec3::new(-1.0, -1.0, -2.0);
+        builder.quad("pane", low + z, x, y, paint);
+        if is_box {
+            for (number, [corner, u, v]) in
+                [[low, y, x], [low, x, z], [low + y, z, x], [low, z, y], [low + x, y, z]].into_iter().enumerate()
+            {
+                builder.quad(&format!("pane {number}"), corner, u, v, paint);
+            }
+        }
+        builder.quad("behind", Vec3::new(-50.0, -50.0, -5.0), Vec3::X * 100.0, Vec3::Y * 100.0, behind);
+        builder.quad("before", Vec3::new(50.0, -50.0, 5.0), Vec3::X * -100.0, Vec3::Y * 100.0, before);
+        builder.model_mut().roles.push(RoleRule::parse_lens("pane*:1.6").unwrap());
+        builder.build()
+    };
+    let pane = scene(false);
+    let tracer = Tracer::build(&pane, |_| true);
+    let mut numbers = Stream::new(3);
+    for _ in 0..200 {
+        let towards = Vec3::new(0.8 * (numbers.next_unit() - 0.5), numbers.next_unit(), -0.6).normalize();
+        let ray = Ray { origin: -towards, direction: towards };
+        let light = PathTracer::new(&pane, &tracer, PathModel::Tree, 2).radiance_along(ray, None, 0.0);
+        let one_side = fresnel_dielectric(-towards.z, 1.0 / 1.6);
+        let reflected = 2.0 * one_side / (1.0 + one_side);
+        let expected = Vec3::new(reflected, 0.0, 1.0 - reflected);
+        assert!((light - expected).abs().max_element() < 1e-4, "{light} {expected}");
+    }
+    let told = remarks_on_bodies(&pane);
+    assert!(matches!(&told[..], [one] if one.contains("`pane` is open: drawn as a thin plate")), "{told:?}");
+    let closed = scene(true);
+    assert!(closed.specular_objects().len() == 6 && remarks_on_bodies(&closed).is_empty());
 }
 
 /// A ball and a hollow in it are as they should be, the same hollow alone is not, and a pane without an other side is

@@ -44,6 +44,8 @@ pub struct Look {
     pub roughness: Option<f32>,
     /// Index of refraction of glass and coats.
     pub ior: Option<f32>,
+    /// See [`Material::priority`].
+    pub priority: Option<i32>,
 }
 
 impl Look {
@@ -60,6 +62,7 @@ impl Look {
             }
         }
         material.ior = self.ior.unwrap_or(material.ior);
+        material.priority = self.priority.unwrap_or(material.priority);
     }
 }
 
@@ -80,7 +83,7 @@ impl LookRule {
     /// [`SceneError::Invalid`] when the pattern is too large or a number is outside its range.
     pub fn new(pattern: &str, look: Look) -> Result<Self, SceneError> {
         let invalid = |problem: String| Err(SceneError::invalid("material", pattern, problem));
-        let Look { color, roughness, ior } = look;
+        let Look { color, roughness, ior, .. } = look;
         if let Some(color) = color.filter(|color| !(color.min_element() >= 0.0 && color.max_element() <= 1.0)) {
             return invalid(format!("the colour {color} is outside 0 to 1"));
         }

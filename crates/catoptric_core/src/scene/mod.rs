@@ -3,6 +3,7 @@
 mod animation;
 mod blend;
 pub mod edits;
+pub mod enclosure;
 pub mod hit;
 mod identity;
 mod light;

@@ -196,6 +196,11 @@ impl<'a> MaterialRules<'a> {
         Winners { role, blend, look }
     }
 
+    /// The role that the winners give.
+    pub(super) fn role_of(&self, winners: Winners) -> Option<Role> {
+        winners.role.map(|rule| self.roles[rule].role)
+    }
+
     /// The material as the winners make it.
     pub(super) fn apply(&self, Winners { role, blend, look }: Winners, material: &Material) -> Material {
         let mut changed = role.map_or_else(|| material.clone(), |rule| self.roles[rule].apply(material));

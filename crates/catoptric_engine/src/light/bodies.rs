@@ -2,7 +2,9 @@
 
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::Scene;
-use glam::{DVec3, Vec3};
+use catoptric_core::scene::enclosure::FaceSums;
+use glam::Vec3;
+use std::cmp::Reverse;
 
 /// Bodies that a ray is in at once, at most: of more, those that it enters last are left out.
 const MOST_BODIES: usize = 6;
@@ -12,9 +14,6 @@ const TOUCHING: f32 = 1e-5;
 
 /// Pairs of boxes that are looked at, at most.
 const MOST_PAIRS: usize = 10_000_000;
-
-/// The sum of the areas of an open object's faces, as vectors, is larger than this share of the sum of their sizes.
-const OPEN: f64 = 1e-3;
 
 /// The least volume of a body, in parts of its surface's size to the power of one and a half.
 const LEAST_VOLUME: f64 = 1e-6;
@@ -112,7 +111,10 @@ impl SceneBodies {
         let bounds = bodies.iter().fold(Aabb::EMPTY, about_both);
         // A body within another one is smaller.
         let mut by_size = bodies.clone();
-        by_size.sort_by(|(_, one), (_, other)| one.diagonal().total_cmp(&other.diagonal()));
+        let priority = |body: u32| Reverse(scene.material_of(body).priority);
+        by_size.sort_by(|(a, one), (b, other)| {
+            priority(*a).cmp(&priority(*b)).then(one.diagonal().total_cmp(&other.diagonal()))
+        });
         let mut ranks = vec![NONE; scene.objects.len()];
         for (rank, (body, _)) in (0..).zip(by_size) {
             ranks[body as usize] = rank;
@@ -180,48 +182,14 @@ fn join_open_parts(scene: &Scene, boxes: &[(u32, Aabb)], of_objects: &mut [u32])
 
 /// Returns true if the faces of an object do not enclose anything.
 fn is_open(scene: &Scene, object: u32) -> bool {
-    Faces::default().with(scene, object).is_open()
-}
-
-/// Sums over faces, turned as their normals say.
-#[derive(Clone, Copy, Default)]
-struct Faces {
-    /// The sum of their areas, doubled, as vectors: nothing where they enclose something.
-    area: DVec3,
-    /// The sum of the lengths of these vectors.
-    size: f64,
-    /// Six times the volume within them; negative where they are turned inside out.
-    volume: f64,
-}
-
-impl Faces {
-    /// With those of an object, too.
-    fn with(mut self, scene: &Scene, object: u32) -> Self {
-        let of = &scene.objects[object as usize];
-        let middle = scene.bounds.center().as_dvec3();
-        for triangle in of.triangles.clone() {
-            let corners = scene.triangles[triangle as usize];
-            let [a, b, c] = corners.map(|vertex| scene.positions[vertex as usize].as_dvec3() - middle);
-            let outwards: Vec3 = corners.iter().map(|vertex| scene.normals[*vertex as usize]).sum();
-            let area = (b - a).cross(c - a);
-            let area = if area.dot(outwards.as_dvec3()) < 0.0 { -area } else { area };
-            self.area += area;
-            self.size += area.length();
-            self.volume += a.dot(area);
-        }
-        self
-    }
-
-    fn is_open(&self) -> bool {
-        self.area.length() > OPEN * self.size
-    }
+    FaceSums::default().with(scene, object).are_open()
 }
 
 /// Bodies of glass or liquid whose surfaces cannot be meant as they are, a sentence a kind with the names of objects:
 /// they are drawn as their normals say all the same.
 pub fn remarks_on_bodies(scene: &Scene) -> Vec<String> {
     let bodies = SceneBodies::new(scene, |_| true);
-    let mut of_bodies = vec![Faces::default(); scene.objects.len()];
+    let mut of_bodies = vec![FaceSums::default(); scene.objects.len()];
     for object in 0..scene.objects.len() as u32 {
         if let Some(body) = bodies.of(object) {
             of_bodies[body as usize] = of_bodies[body as usize].with(scene, object);
@@ -234,33 +202,61 @@ pub fn remarks_on_bodies(scene: &Scene) -> Vec<String> {
         let contains = |other: &Aabb| other.min.cmple(own.min).all() && other.max.cmpge(own.max).all();
         bodies.boxes.iter().any(|(other, bounds)| *other != body && contains(bounds))
     };
-    let open = |_: u32, faces: &Faces| faces.is_open();
-    let inverted = |body: u32, faces: &Faces| {
-        let is_inverted = !faces.is_open() && faces.volume < -LEAST_VOLUME * faces.size * faces.size.sqrt();
+    let open = |_: u32, faces: &FaceSums| faces.are_open();
+    let inverted = |body: u32, faces: &FaceSums| {
+        let is_inverted = !faces.are_open() && faces.volume < -LEAST_VOLUME * faces.size * faces.size.sqrt();
         is_inverted && are_few && !is_within_another(body)
     };
-    let told = |is_told: &dyn Fn(u32, &Faces) -> bool, [one, more]: [&str; 2], what: &str| {
+    let bodies_of = |is_told: &dyn Fn(u32, &FaceSums) -> bool| -> Vec<u32> {
         let of_bodies = (0..).zip(&of_bodies).filter(|(body, _)| bodies.of(*body) == Some(*body));
-        let found: Vec<u32> = of_bodies.filter(|(body, faces)| is_told(*body, faces)).map(|(body, _)| body).collect();
-        let first = *found.first()?;
-        let name = match scene.objects[first as usize].name.as_str() {
-            "" => format!("object {first}"),
-            name => format!("object {first} `{name}`"),
-        };
-        Some(match found.len() {
-            1 => format!("the body of glass or liquid of {name} {one} {what}"),
-            count => format!("{count} bodies of glass or liquid ({name}, ...) {more} {what}"),
-        })
+        of_bodies.filter(|(body, faces)| is_told(*body, faces)).map(|(body, _)| body).collect()
     };
+    let is_plate = |object: &u32| scene.material_of(*object).lobes().is_some_and(|lobes| lobes.is_plate);
+    let plates: Vec<u32> = (0..scene.objects.len() as u32).filter(is_plate).collect();
+    let (body, sheet) = ("body of glass or liquid", "sheet of glass");
     [
         told(
-            &open,
+            scene,
+            &bodies_of(&open),
+            [body, "bodies of glass or liquid"],
             ["has", "have"],
             "no closed surface: light that enters and meets no other side of it goes on within",
         ),
-        told(&inverted, ["is", "are"], "turned inside out (normals point inwards): drawn as a hollow within glass"),
+        told(
+            scene,
+            &bodies_of(&inverted),
+            [body, "bodies of glass or liquid"],
+            ["is", "are"],
+            "turned inside out (normals point inwards): drawn as a hollow within glass",
+        ),
+        told(
+            scene,
+            &plates,
+            [sheet, "sheets of glass"],
+            ["is", "are"],
+            "open: drawn as a thin plate, which light passes straight; only a closed surface has an inside",
+        ),
     ]
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// A sentence about some objects, which tells the name of the first one.
+fn told(
+    scene: &Scene,
+    objects: &[u32],
+    [thing, things]: [&str; 2],
+    [one, more]: [&str; 2],
+    what: &str,
+) -> Option<String> {
+    let first = *objects.first()?;
+    let name = match scene.objects[first as usize].name.as_str() {
+        "" => format!("object {first}"),
+        name => format!("object {first} `{name}`"),
+    };
+    Some(match objects.len() {
+        1 => format!("the {thing} of {name} {one} {what}"),
+        count => format!("{count} {things} ({name}, ...) {more} {what}"),
+    })
 }

@@ -1,7 +1,7 @@
 //! What refracts and absorbs on both sides of a surface of a body, within other bodies or touching them.
 //!
-//! Where bodies overlap, one of them fills the place: the smaller one (by priorities, as Schmidt, Budge 2002, Simple
-//! nested dielectrics in ray traced images, have them by hand). Surfaces of the others are not met there. Faces of
+//! Where bodies overlap, one of them fills the place: that of the greater priority (Schmidt, Budge 2002, Simple nested
+//! dielectrics in ray traced images), or else the smaller one. Surfaces of the others are not met there. Faces of
 //! several bodies in one place are one interface, of what lies before all of them and what lies behind all.
 
 use super::bodies::Bodies;

@@ -143,6 +143,7 @@ impl Stage {
                     color: Some(material.base_color.truncate()),
                     roughness: roughness_of(material),
                     ior: matches!(material.role, Role::Lens | Role::Coated).then_some(material.ior),
+                    priority: None,
                 },
                 ior: material.ior,
                 triangles: object.triangles.len() as u32,

@@ -17,6 +17,9 @@ pub struct Lobes {
     pub transmission: f32,
     /// A wall that has no thickness: what passes goes straight on.
     pub is_thin: bool,
+    /// Both sides of a thin wall reflect, and light goes to and fro between them: of the light that one of them
+    /// reflects twice as much over one more.
+    pub is_plate: bool,
     /// How much the index of refraction differs from red to blue: 20 over Abbe's number; 0: not at all.
     pub dispersion: f32,
     /// The colour of light that fibres scatter; black: none.

@@ -143,6 +143,9 @@ pub struct Material {
     pub ior: f32,
     /// Absorption inside a lens, a unit of length (Beer-Lambert).
     pub absorption: Vec3,
+    /// Of several bodies of glass or liquid in one place that of the greatest priority is there; of equals the smallest
+    /// (Schmidt, Budge 2002).
+    pub priority: i32,
     /// A reflector whose reflectance rises to 1 at grazing angles (Schlick), not a perfect mirror of constant tint.
     pub schlick: bool,
     /// The weights of a reflector's reflection against its own colour; `None`: a mirror all over ([`Role::Reflector`]
@@ -176,6 +179,7 @@ impl Default for Material {
             alpha_mode: AlphaMode::Opaque,
             ior: 1.5,
             absorption: Vec3::ZERO,
+            priority: 0,
             schlick: false,
             blend: None,
             coat: 0.0,

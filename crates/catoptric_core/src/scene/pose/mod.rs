@@ -1,19 +1,22 @@
 //! Poses of a [`Model`] as a [`Scene`]: animation, skinning, morphing and placement at one moment.
 
+mod coincident;
 mod far;
 mod pieces;
+mod plates;
 
 use super::edits::{LookRule, MoveRule};
 use super::model::{AnalyticAsset, LocalTransform, Model, Node, Primitive, Skin};
 use super::roles::{MaterialRules, RoleRule, Winners};
-use super::{Camera, Light, Object, Scene};
+use super::{Camera, Light, Object, Role, Scene};
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
+use coincident::CoincidentFaces;
 use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
 use pieces::{Has, Piece, Place};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The moment and the roles with which a model becomes a scene.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +42,9 @@ const MAX_COORDINATE: f32 = 1e12;
 pub struct PoseMemory {
     /// One for each primitive at each place, in the order of the nodes.
     pieces: Vec<Piece>,
+    /// The piece of each object.
+    of_objects: Vec<usize>,
+    coincident: Vec<CoincidentFaces>,
 }
 
 /// The animated state of one node.
@@ -71,28 +77,7 @@ impl Model {
         let mut states = self.animated(options.time)?;
         let idle = self.apply_moves(options, &mut states);
         let worlds = self.world_transforms(&states)?;
-        let mut builder = SceneBuilder {
-            model: self,
-            rules: MaterialRules::new(self, options),
-            overridden: HashMap::new(),
-            has: Has {
-                tangents: self.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| !p.tangents.is_empty()),
-                colors: self.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| !p.colors.is_empty()),
-            },
-            earlier: std::mem::take(&mut memory.pieces).into_iter(),
-            pieces: Vec::new(),
-            scene: Scene {
-                name: self.name.clone(),
-                materials: self.materials.clone(),
-                textures: self.textures.clone(),
-                environment: self.environment.clone(),
-                origin: self.origin,
-                region: self.region_about_origin(),
-                ends_in_environment: self.ends_in_environment,
-                bounds: Aabb::EMPTY,
-                ..Scene::default()
-            },
-        };
+        let mut builder = SceneBuilder::new(self, options, memory);
         let placed = |world: &DAffine3| placed_about(self.origin, world);
         for (index, node) in self.nodes.iter().enumerate() {
             let exact_world = worlds[index];
@@ -143,8 +128,7 @@ impl Model {
         if let Some((name, field)) = idle {
             builder.rules.unknown("node", &name, &field, &builder.scene)?;
         }
-        memory.pieces = builder.pieces;
-        let mut scene = builder.scene;
+        let mut scene = builder.finish(memory);
         self.add_cameras(&worlds, &mut scene.cameras)?;
         Ok(scene)
     }
@@ -386,14 +370,49 @@ struct SceneBuilder<'a> {
     rules: MaterialRules<'a>,
     /// Materials made by rules: by original material and the rules that won.
     overridden: HashMap<(usize, Winners), u32>,
+    /// Those of them that a role makes glass.
+    glass_by_role: HashSet<u32>,
     has: Has,
     /// The pieces of the last pose that have not had their turn, and those of this one.
     earlier: std::vec::IntoIter<Piece>,
     pieces: Vec<Piece>,
+    /// The piece of each object, and whether it was made for this pose.
+    of_objects: Vec<usize>,
+    is_new: Vec<bool>,
     scene: Scene,
 }
 
-impl SceneBuilder<'_> {
+impl<'a> SceneBuilder<'a> {
+    /// A scene without objects.
+    fn new(model: &'a Model, options: &'a PoseOptions, memory: &mut PoseMemory) -> Self {
+        let primitives = || model.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        Self {
+            model,
+            rules: MaterialRules::new(model, options),
+            overridden: HashMap::new(),
+            glass_by_role: HashSet::new(),
+            has: Has {
+                tangents: primitives().any(|primitive| !primitive.tangents.is_empty()),
+                colors: primitives().any(|primitive| !primitive.colors.is_empty()),
+            },
+            earlier: std::mem::take(&mut memory.pieces).into_iter(),
+            pieces: Vec::new(),
+            of_objects: Vec::new(),
+            is_new: Vec::new(),
+            scene: Scene {
+                name: model.name.clone(),
+                materials: model.materials.clone(),
+                textures: model.textures.clone(),
+                environment: model.environment.clone(),
+                origin: model.origin,
+                region: model.region_about_origin(),
+                ends_in_environment: model.ends_in_environment,
+                bounds: Aabb::EMPTY,
+                ..Scene::default()
+            },
+        }
+    }
+
     /// The material that an object gets, after the rules.
     fn material(&mut self, name: &str, material: usize) -> u32 {
         let original = &self.model.materials[material];
@@ -403,18 +422,22 @@ impl SceneBuilder<'_> {
         }
         *self.overridden.entry((material, winners)).or_insert_with(|| {
             self.scene.materials.push(self.rules.apply(winners, original));
-            self.scene.materials.len() as u32 - 1
+            let number = self.scene.materials.len() as u32 - 1;
+            if self.rules.role_of(winners) == Some(Role::Lens) {
+                self.glass_by_role.insert(number);
+            }
+            number
         })
     }
 
     fn add_primitive(&mut self, name: &str, primitive: &Primitive, place: Place) -> Result<(), SceneError> {
         let material = self.material(name, primitive.material);
         self.check_count(primitive.triangles.len())?;
-        let piece = match self.earlier.next() {
-            Some(earlier) if earlier.is_at(&place) => earlier,
-            _ => Piece::of_primitive(primitive, place, self.has),
+        let (piece, is_new) = match self.earlier.next() {
+            Some(earlier) if earlier.is_at(&place) => (earlier, false),
+            _ => (Piece::of_primitive(primitive, place, self.has), true),
         };
-        self.add(name, material, piece, false)
+        self.add(name, material, (piece, is_new), false)
     }
 
     fn add_analytic(
@@ -439,8 +462,19 @@ impl SceneBuilder<'_> {
         let placed = PlacedSurface { surface, world_from_surface: place };
         let material = self.material(&node.name, analytic.material);
         let earlier = self.earlier.next();
+        let is_new = earlier.as_ref().and_then(Piece::surface) != Some(&placed);
         let piece = Piece::of_surface(placed, earlier, self.has);
-        self.add(&node.name, material, piece, analytic.inside)
+        self.add(&node.name, material, (piece, is_new), analytic.inside)
+    }
+
+    /// The scene with all its objects, which is remembered for the next pose.
+    fn finish(self, memory: &mut PoseMemory) -> Scene {
+        let Self { pieces, of_objects, is_new, mut scene, glass_by_role, .. } = self;
+        plates::make_plates(&mut scene, |material| glass_by_role.contains(&material));
+        let are_known = memory.of_objects == of_objects;
+        coincident::separate(&mut scene, |object| !are_known || is_new[*object as usize], &mut memory.coincident);
+        (memory.pieces, memory.of_objects) = (pieces, of_objects);
+        scene
     }
 
     /// Refuses more triangles than there may be.
@@ -454,13 +488,21 @@ impl SceneBuilder<'_> {
     }
 
     /// Adds a piece as an object, unless it has no triangles.
-    fn add(&mut self, name: &str, material: u32, piece: Piece, inside: bool) -> Result<(), SceneError> {
+    fn add(
+        &mut self,
+        name: &str,
+        material: u32,
+        (piece, is_new): (Piece, bool),
+        inside: bool,
+    ) -> Result<(), SceneError> {
         let number = self.scene.objects.len() as u32;
         if let Some((vertices, triangles)) = piece.append_to(&mut self.scene, number) {
             let (bounds, surface) = (piece.bounds(), piece.surface().cloned());
             self.scene.bounds = self.scene.bounds.union(bounds);
             let name = name.into();
             self.scene.objects.push(Object { name, material, triangles, vertices, surface, inside, bounds });
+            self.of_objects.push(self.pieces.len());
+            self.is_new.push(is_new);
         }
         self.pieces.push(piece);
         self.check_count(0)

@@ -1,6 +1,7 @@
 //! Scenes.
 
 mod blend;
+mod coincident;
 mod far;
 mod framing;
 mod roles;

@@ -40,10 +40,19 @@ pub(super) fn read_looks(
         let color = table.numbers("color")?.map(|at| Vec3::from(at.value.map(|number: f64| number as f32)));
         let number = |at: Option<Located<f64>>| at.map(|at| at.value as f32);
         let (roughness, ior) = (number(table.number("roughness")?), number(table.number("ior")?));
+        let priority = match table.number("priority")? {
+            Some(at) if at.value.fract() == 0.0 && at.value.abs() <= 1000.0 => Some(at.value as i32),
+            Some(_) => return Err(source.invalid(begin, &field, "`priority` must be a whole number up to 1000")),
+            None => None,
+        };
         table.finish()?;
-        let look = Look { color, roughness, ior };
+        let look = Look { color, roughness, ior, priority };
         if look == Look::default() {
-            return Err(source.invalid(begin, &field, "says nothing; needed is `color`, `roughness` or `ior`"));
+            return Err(source.invalid(
+                begin,
+                &field,
+                "says nothing; needed is `color`, `roughness`, `ior` or `priority`",
+            ));
         }
         rules.push(LookRule::new(&pattern, look).map_err(|error| source.invalid(begin, &field, error.to_string()))?);
     }

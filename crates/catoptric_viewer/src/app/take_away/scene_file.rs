@@ -41,6 +41,7 @@ pub(in crate::app) fn text((wish, origin): (&Wish, DVec3), source: &Source, path
         table.extend(look.color.map(|color| ("color".into(), vector(color))));
         table.extend(look.roughness.map(|value| ("roughness".into(), number(value))));
         table.extend(look.ior.map(|value| ("ior".into(), number(value))));
+        table.extend(look.priority.map(|value| ("priority".into(), Value::Integer(value.into()))));
         looks.insert(name.clone(), Value::Table(table));
     }
     // The index of refraction of glass that was made by hand.

@@ -36,6 +36,7 @@ pub(super) struct WireLook {
     color: Option<[f32; 3]>,
     roughness: Option<f32>,
     ior: Option<f32>,
+    priority: Option<i32>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -106,14 +107,16 @@ impl WireDisplay {
 }
 
 impl From<&Look> for WireLook {
-    fn from(Look { color, roughness, ior }: &Look) -> Self {
-        Self { color: color.map(|color| color.to_array()), roughness: *roughness, ior: *ior }
+    fn from(Look { color, roughness, ior, priority }: &Look) -> Self {
+        let color = color.map(|color| color.to_array());
+        Self { color, roughness: *roughness, ior: *ior, priority: *priority }
     }
 }
 
 impl WireLook {
     pub(super) fn read(self) -> Look {
-        Look { color: self.color.map(Vec3::from_array), roughness: self.roughness, ior: self.ior }
+        let Self { color, roughness, ior, priority } = self;
+        Look { color: color.map(Vec3::from_array), roughness, ior, priority }
     }
 }
 

@@ -58,6 +58,8 @@ pub(super) struct Reflectance<'f> {
     base: Vec3,
     metallic: f32,
     eta: f32,
+    /// Two such surfaces reflect.
+    is_plate: bool,
     /// Under a thin film: of the dielectric, and of the metal.
     films: Option<&'f [FilmReflectance; 2]>,
 }
@@ -70,6 +72,9 @@ impl Reflectance<'_> {
         // Fresnel's own curve, between the two ends that the material names.
         let rise = (fresnel_dielectric(cosine, self.eta) - at_normal) / (1.0 - at_normal).max(1e-6);
         let bare = self.specular + (Vec3::splat(self.grazing) - self.specular) * rise;
+        if self.is_plate {
+            return 2.0 * bare / (Vec3::ONE + bare);
+        }
         self.films.map_or(bare, |[film, _]| film.over(bare, cosine))
     }
 
@@ -338,7 +343,8 @@ impl<'s> SurfaceLobes<'s> {
         let eta = self.eta(facing.outside, self.color);
         let LobesAt { base, metallic, specular, specular_at_grazing: grazing, .. } = *at;
         let specular = self.specular_within(specular, grazing, facing.outside);
-        let reflectance = Reflectance { specular, grazing, base, metallic, eta, films: self.films };
+        let is_plate = self.lobes.is_plate;
+        let reflectance = Reflectance { specular, grazing, base, metallic, eta, is_plate, films: self.films };
         let cosine = -direction.dot(facing.normal);
         let mut below = at.below_sheen(cosine.max(0.0));
         let coat = (at.coat > 0.0 && facing.outside).then(|| coat(at, point, direction));
@@ -405,7 +411,8 @@ fn coat<'s>(at: &LobesAt, point: &SurfacePoint, direction: Vec3) -> Lobe<'s> {
     let facing = Facing::new(direction, point.geometric_normal, at.coat_normal);
     let (eta, at_normal) = (1.0 / COAT_IOR, fresnel_dielectric(1.0, 1.0 / COAT_IOR));
     let specular = Vec3::splat(at_normal);
-    let reflectance = Reflectance { specular, grazing: 1.0, base: Vec3::ZERO, metallic: 0.0, eta, films: None };
+    let (base, metallic) = (Vec3::ZERO, 0.0);
+    let reflectance = Reflectance { specular, grazing: 1.0, base, metallic, eta, is_plate: false, films: None };
     let share = at.coat * reflectance.of_dielectric(-direction.dot(facing.normal));
     let factor = Vec3::splat(at.coat);
     let (kind, alpha) = (BounceKind::Reflect, at.coat_alpha);
