@@ -11,7 +11,7 @@ use super::wide_hierarchy::{
 };
 use catoptric_core::scene::hit::{Hit, PrimitiveHit};
 use catoptric_core::scene::shade::{Barycentrics, SurfaceInteraction, SurfacePoint};
-use catoptric_core::scene::{AlphaMode, Light, Ray, RayDifferential, Scene, ViewRays};
+use catoptric_core::scene::{Light, Ray, RayDifferential, Scene, ViewRays};
 use catoptric_core::surface::{PlacedSurface, SurfaceHit};
 use glam::{Vec2, Vec3};
 use std::cell::RefCell;
@@ -48,7 +48,7 @@ impl Tracer {
     /// The hierarchy over all objects of a scene for which `include` is true: that of the scene's shadows, if it is the
     /// same.
     pub fn build(scene: &Scene, include: impl Fn(u32) -> bool) -> Self {
-        let is_partial = |object: u32| is_alpha_tested(scene, object) || scene.is_one_sided(object);
+        let is_partial = |object: u32| scene.is_alpha_tested(object) || scene.is_one_sided(object);
         let objects: Vec<[bool; 2]> =
             (0..scene.objects.len() as u32).map(|object| [include(object), is_partial(object)]).collect();
         let of_shadows = scene.light_visibility.as_ref().and_then(|means| {
@@ -468,16 +468,11 @@ impl TriangleTest {
     }
 }
 
-/// Returns true for objects whose triangles may have holes.
-pub fn is_alpha_tested(scene: &Scene, object: u32) -> bool {
-    scene.material_of(object).alpha_mode != AlphaMode::Opaque
-}
-
 #[cold]
 fn is_seen<const OF_SIGHT: bool>(scene: &Scene, triangle: u32, barycentrics: Vec2, ray: &Ray) -> bool {
     let object = scene.triangle_objects[triangle as usize];
     let is_behind = OF_SIGHT && scene.is_one_sided(object) && scene.is_met_from_behind(triangle, ray.direction);
-    !is_behind && (!is_alpha_tested(scene, object) || present(scene, triangle, barycentrics))
+    !is_behind && (!scene.is_alpha_tested(object) || present(scene, triangle, barycentrics))
 }
 
 #[cold]

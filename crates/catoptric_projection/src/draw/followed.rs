@@ -1,6 +1,7 @@
 //! Surfaces with lobes, and lenses, whose light rays find.
 
 use super::path_shader::{Part, PathShader, meet_hardly_beside};
+use catoptric_core::scene::hit::Hit;
 use catoptric_core::scene::{Ray, RayDifferential};
 use catoptric_engine::light::path_tracer::{PathModel, PathTracer, SeenSurface};
 use catoptric_engine::light::tracer::Tracer;
@@ -114,6 +115,17 @@ impl PathShader<'_> {
         sums[0].max(Vec3::ZERO)
     }
 
+    /// Where a ray meets the triangle that a surface shows, if it does.
+    #[inline(always)]
+    fn hit_within(&self, ray: &Ray, surface: &LayerSurface) -> Option<Hit> {
+        let triangle = surface.source;
+        let object = self.scene.triangle_objects[triangle as usize];
+        let (barycentrics, distance) = self.scene.plane_met(triangle, ray)?;
+        let is_met = distance > 0.0 && barycentrics.min_element() >= 0.0 && barycentrics.element_sum() <= 1.0;
+        let is_mesh = self.scene.objects[object as usize].surface.is_none();
+        (is_met && is_mesh).then_some(Hit::Triangle { distance, triangle, barycentrics })
+    }
+
     /// Has a fragment wait, by one path over a part of its pixel, or by several, each over a part of that.
     fn add_parts(
         &self,
@@ -125,6 +137,8 @@ impl PathShader<'_> {
     ) {
         let Some(surface) = fragment.chain.first() else { return };
         let object = self.scene.triangle_objects[surface.source as usize];
+        let samples = surface.barycentrics.samples;
+        let is_all = samples == self.samples;
         let met = |part: Part| {
             let at = fragment.position + part.offset;
             let (mut ray, change) = self.rays.ray_with_differential(at.x, at.y);
@@ -133,24 +147,24 @@ impl PathShader<'_> {
             let change = change.scaled(part.side);
             // The fragment's position may lie beyond the edge of the triangle that a sample shows: rays would start
             // outside the body.
-            let hit = tracer.first_hit_among(self.scene, &ray, 0.0, treelet);
+            let shown = if is_all { self.hit_within(&ray, &surface) } else { None };
+            let hit = shown.or_else(|| tracer.first_hit_among(self.scene, &ray, 0.0, treelet));
             let encounter = match hit.filter(|hit| hit.object(self.scene) == object) {
                 Some(hit) => tracer.encounter(self.scene, &ray, &hit, Some(&change)),
                 None => self.scene.drawn_encounter(surface.source, &surface.barycentrics, &ray, &change),
             };
-            let lights = self.lobe_lights.map(|lights| lights.at(at, &encounter.point));
+            let lights = self.lobe_lights.filter(|lights| lights.tell_of(object));
+            let lights = lights.map(|lights| lights.at(at, &encounter.point));
             let (known, is_whole) = lights.unwrap_or_default();
             (SeenSurface { ray, change, encounter, known }, is_whole)
         };
-        let samples = surface.barycentrics.samples;
-        let has_lobes = self.scene.material_of(object).lobes().is_some();
-        if samples < 4 || has_lobes && self.lobe_lights.is_some() {
+        if samples < 4 || self.lobe_lights.is_some_and(|lights| lights.tell_all(fragment.position, object)) {
             let (seen, is_whole) = met(part);
             if is_whole || samples < 4 {
                 return waiting.add(index, std::iter::once(seen), paths, colors);
             }
         }
-        let of_samples = sample_positions(samples).ok().filter(|_| samples == self.samples);
+        let of_samples = sample_positions(samples).ok().filter(|_| is_all);
         let parts = of_samples.map_or(4, <[Vec2]>::len);
         let seen = (0..parts).map(|index| match of_samples {
             // Where the reference has its rays, too: edges are smoother by these than by quarters.

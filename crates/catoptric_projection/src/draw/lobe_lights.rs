@@ -12,7 +12,7 @@
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_core::scene::shade::{SurfaceInteraction, SurfacePoint};
-use catoptric_core::scene::{Ray, RayDifferential, ViewRays};
+use catoptric_core::scene::{Material, Microfacets, Ray, RayDifferential, ViewRays};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::path_tracer::{
     LOBES, LobeLight, NearPlane, PathModel, PathTracer, SharedLight, SharedRays,
@@ -109,6 +109,8 @@ enum ToldBy {
 pub(super) struct LobeLights {
     /// The largest cells first.
     grids: Vec<Grid>,
+    /// Objects of which some cell tells some light.
+    told: Vec<bool>,
 }
 
 impl LobeLights {
@@ -118,20 +120,31 @@ impl LobeLights {
     /// [`RenderError::Cancelled`].
     pub(super) fn new(job: &Job<'_>, tracer: &Tracer) -> Result<Option<Self>, RenderError> {
         let Job { scene, view, quality, progress } = *job;
-        let has_lobes = |object: u32| scene.material_of(object).lobes().is_some();
+        let has_lobes = |object: u32| may_have_wide_lobes(scene.material_of(object));
         if quality.order == 0 || !(0..scene.objects.len() as u32).any(has_lobes) {
             return Ok(None);
         }
         let empty = CELLS_PX.map(|cell_px| Grid::empty(cell_px, [view.width, view.height]));
         let row_count = empty.iter().map(|grid| grid.size[1]).sum();
         let stage = Stage::begin(progress, "light over lobes", row_count)?;
-        let mut lights = Self { grids: Vec::with_capacity(empty.len()) };
+        let mut lights = Self { grids: Vec::with_capacity(empty.len()), told: Vec::new() };
         for grid in empty {
             let cells = Cells { job, tracer, rays: view.rays(), near: NearPlane::new(view), grid, larger: &lights };
             let grid = cells.lit(&stage)?;
             lights.grids.push(grid);
         }
+        let mut told = vec![false; scene.objects.len()];
+        let lit = lights.grids.iter().flat_map(|grid| grid.rows.iter().flatten().flatten());
+        for lit in lit.filter(|lit| lit.lights.iter().any(Option::is_some)) {
+            told[lit.place.object as usize] = true;
+        }
+        lights.told = told;
         Ok(Some(lights))
+    }
+
+    /// Returns true if something is told of the light over an object's lobes.
+    pub(super) fn tell_of(&self, object: u32) -> bool {
+        self.told[object as usize]
     }
 
     /// The light over the lobes of a point that is seen at a position of the picture, in pixels: `None` where it is not
@@ -144,10 +157,28 @@ impl LobeLights {
         }
     }
 
+    /// True if cells near a position of the picture, in pixels, tell all the light of an object there.
+    pub(super) fn tell_all(&self, position: Vec2, object: u32) -> bool {
+        let is_told = |lit: &LitPlace| lit.place.object == object && lit.is_whole;
+        let is_told_near =
+            |grid: &Grid| grid.around(position).iter().any(|(cell, _)| grid.lit(*cell).is_some_and(is_told));
+        self.tell_of(object) && self.grids.iter().any(is_told_near)
+    }
+
     /// The largest cells around a point that all show its surface, on which the light is smooth.
     fn smooth_at(&self, position: Vec2, point: &SurfacePoint) -> Option<Nearest<'_>> {
         self.grids.iter().map(|grid| grid.nearest(position, point)).find(Nearest::is_smooth)
     }
+}
+
+/// Returns true if a material's lobes may be wider than a line somewhere.
+fn may_have_wide_lobes(material: &Material) -> bool {
+    let has_maps = material.normal_map.is_some() || material.coat_normal_map.is_some();
+    let is_rough = |facets: &Microfacets| {
+        let of_coat = if material.coat > 0.0 { facets.coat_roughness } else { 0.0 };
+        facets.roughness > 0.0 || of_coat > 0.0 || has_maps
+    };
+    !material.unlit && material.lobes().is_some() && material.microfacets.as_ref().is_some_and(is_rough)
 }
 
 /// Cells of one size.
@@ -177,18 +208,29 @@ impl Grid {
         (UVec2::new(column as u32, row as u32).as_vec2() + 0.5) * self.cell_px as f32
     }
 
-    /// The four cells nearest to a position of the picture, as far as they show a point's surface.
-    fn nearest(&self, position: Vec2, point: &SurfacePoint) -> Nearest<'_> {
+    /// The four cells nearest to a position of the picture, each by its column and row, with their weights.
+    fn around(&self, position: Vec2) -> [([usize; 2], f32); 4] {
         let at = position / self.cell_px as f32 - 0.5;
         let (first, share) = (at.floor(), at - at.floor());
         let last = [self.size[0] - 1, self.size[1] - 1];
-        let mut is_tried = true;
-        let cells = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
+        [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(x, y)| {
             let place = (first + Vec2::new(x as f32, y as f32)).max(Vec2::ZERO);
-            let [column, row] = [(place.x as usize).min(last[0]), (place.y as usize).min(last[1])];
+            let cell = [(place.x as usize).min(last[0]), (place.y as usize).min(last[1])];
+            (cell, [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y])
+        })
+    }
+
+    /// The light of a cell by its column and row, if it shows lobes.
+    fn lit(&self, [column, row]: [usize; 2]) -> Option<&LitPlace> {
+        self.rows.get(row)?.get(column)?.as_deref()
+    }
+
+    /// The four cells nearest to a position of the picture, as far as they show a point's surface.
+    fn nearest(&self, position: Vec2, point: &SurfacePoint) -> Nearest<'_> {
+        let mut is_tried = true;
+        let cells = self.around(position).map(|([column, row], weight)| {
             is_tried &= self.told_by.get(row)?.get(column)? != &ToldBy::Smaller;
-            let lit = self.rows.get(row)?.get(column)?.as_deref().filter(|lit| lit.place.shows(point))?;
-            Some((lit, [1.0 - share.x, share.x][x] * [1.0 - share.y, share.y][y]))
+            Some((self.lit([column, row]).filter(|lit| lit.place.shows(point))?, weight))
         });
         Nearest { cell_px: self.cell_px, is_tried, cells }
     }

@@ -71,8 +71,21 @@ impl Scene {
         face.dot(direction) * face.dot(outer) > 0.0
     }
 
-    /// Returns true if an object's material has holes where its alpha is low.
+    /// Returns true if an object's material may have holes, where its alpha is low.
     pub fn is_alpha_tested(&self, object: u32) -> bool {
-        self.material_of(object).alpha_mode != AlphaMode::Opaque
+        let material = self.material_of(object);
+        if material.alpha_mode == AlphaMode::Opaque {
+            return false;
+        }
+        let texture = material.base_texture.as_ref().and_then(|binding| self.textures.get(binding.texture as usize));
+        let of_texture = texture.map_or(1.0, |texture| texture.least_alpha());
+        // A little less, for filters round.
+        let least = material.base_color.w * of_texture * (1.0 - 1e-4);
+        let is_there = match material.alpha_mode {
+            AlphaMode::Opaque => true,
+            AlphaMode::Mask(cutoff) => least >= cutoff,
+            AlphaMode::Blend => least > 0.0,
+        };
+        !is_there || !self.colors.is_empty()
     }
 }

@@ -93,6 +93,7 @@ pub struct Texture {
     pub(in super::super) levels: Vec<MipLevel>,
     /// See [`Self::texels`].
     pub(in super::super) texels: Vec<[u16; 4]>,
+    least_alpha: f32,
 }
 
 impl Texture {
@@ -143,7 +144,8 @@ impl Texture {
     pub fn from_linear16(name: &str, width: u32, height: u32, mut texels: Vec<[u16; 4]>, sampler: Sampler) -> Self {
         let (width, height) = (width.max(1), height.max(1));
         texels.resize(width as usize * height as usize, [u16::MAX; 4]);
-        let mut texture = Self { name: name.into(), sampler, levels: Vec::new(), texels: Vec::new() };
+        let least_alpha = texels.iter().map(|texel| texel[3]).min().map_or(1.0, |least| f32::from(least) / 65535.0);
+        let mut texture = Self { name: name.into(), sampler, levels: Vec::new(), texels: Vec::new(), least_alpha };
         let mut image = Some(Image { width, height, texels });
         while let Some(level) = image {
             texture.push(&level);
@@ -184,6 +186,11 @@ impl Texture {
     /// first texel where the image repeats, else its last), so that two neighbours are always read at once.
     pub fn texels(&self) -> &[[u16; 4]] {
         &self.texels
+    }
+
+    /// The least alpha of all texels.
+    pub fn least_alpha(&self) -> f32 {
+        self.least_alpha
     }
 
     /// The memory that the texels take.

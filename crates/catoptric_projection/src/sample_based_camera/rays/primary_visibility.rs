@@ -11,7 +11,7 @@ use catoptric_core::parallel;
 use catoptric_core::scene::hit::PrimitiveHit;
 use catoptric_core::scene::{Ray, Scene};
 use catoptric_core::surface::PlacedSurface;
-use catoptric_engine::light::tracer::{TriangleTest, is_alpha_tested};
+use catoptric_engine::light::tracer::TriangleTest;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -184,7 +184,7 @@ impl Map<'_> {
         let shown = parallel::map_collect(chunks.len(), |chunk| {
             let (mesh, ref triangles) = chunks[chunk];
             let (places, first) = (&places[mesh], of(mesh).vertices.start);
-            let alpha_tested = is_alpha_tested(scene, meshes[mesh]);
+            let alpha_tested = scene.is_alpha_tested(meshes[mesh]);
             let shown = triangles.clone().filter_map(|triangle| {
                 let vertices = scene.triangles[triangle as usize];
                 let ends = vertices.map(|vertex| places[(vertex - first) as usize]);
