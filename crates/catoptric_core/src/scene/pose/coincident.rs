@@ -318,10 +318,14 @@ impl Apart<'_> {
     fn way(&mut self, pair: [u32; 2], behind: usize, faces: [&Face; 2]) -> Option<(usize, Vec3)> {
         let before = 1 - behind;
         let materials = pair.map(|object| self.scene.material_of(object));
-        if rank(materials[behind]) == 0 {
-            return Some((behind, -faces[behind].normal));
+        // Exact surfaces stay where they are, and only plane ones are told apart from triangles.
+        let surfaces = pair.map(|object| self.scene.objects[object as usize].surface.as_ref());
+        let is_plane = |surface: &PlacedSurface| matches!(surface.surface, AnalyticSurface::Plane { .. });
+        if surfaces.iter().flatten().any(|surface| !is_plane(surface)) || surfaces.iter().all(Option::is_some) {
+            return None;
         }
-        let is_facing = faces[0].normal.dot(faces[1].normal) < 0.0;
+        let is_body = rank(materials[behind]) == 0;
+        let is_facing = !is_body && faces[0].normal.dot(faces[1].normal) < 0.0;
         let is_one_sided = materials[before].is_one_sided();
         // Each is seen from a side of its own, or the inner side of what lies before is hidden by itself.
         let are_both = is_one_sided && materials[behind].is_one_sided();
@@ -329,15 +333,8 @@ impl Apart<'_> {
             return None;
         }
         let direction = if is_facing && is_one_sided { -faces[behind].normal } else { faces[behind].normal };
-        // Exact surfaces stay where they are, and only plane ones are told apart from triangles.
-        let surfaces = pair.map(|object| self.scene.objects[object as usize].surface.as_ref());
-        let is_plane = |surface: &PlacedSurface| matches!(surface.surface, AnalyticSurface::Plane { .. });
-        match (surfaces[behind], surfaces[before]) {
-            (None, None) => Some((before, direction)),
-            (Some(surface), None) if is_plane(surface) => Some((before, direction)),
-            (None, Some(surface)) if is_plane(surface) => Some((behind, -direction)),
-            _ => None,
-        }
+        let moves_back = surfaces[before].is_some() || is_body && surfaces[behind].is_none();
+        Some(if moves_back { (behind, -direction) } else { (before, direction) })
     }
 
     /// How far an object's faces are moved back, whose coordinates are so large.
@@ -375,6 +372,12 @@ fn add_way(ways: &mut Ways, direction: Vec3, distance: f32) {
     }
 }
 
+/// The shortest way, or little more, that leads as far as each of several ways in its direction.
+fn together(ways: &Ways) -> Vec3 {
+    ways.iter()
+        .fold(Vec3::ZERO, |way, (direction, distance)| way + *direction * (distance - way.dot(*direction)).max(0.0))
+}
+
 /// Moves vertices, and those of the same object in the same places: so nothing is torn open.
 fn move_vertices(scene: &mut Scene, ways: &HashMap<u32, Ways>) {
     let bits = |position: Vec3| position.to_array().map(f32::to_bits);
@@ -398,7 +401,7 @@ fn move_vertices(scene: &mut Scene, ways: &HashMap<u32, Ways>) {
         for vertex in of_object {
             let position = &mut scene.positions[vertex as usize];
             if let Some(ways) = by_place.get(&bits(*position)) {
-                *position += ways.iter().map(|(direction, distance)| *direction * *distance).sum::<Vec3>();
+                *position += together(ways);
                 bounds = bounds.with(*position);
             }
         }

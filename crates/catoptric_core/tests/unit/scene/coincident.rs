@@ -102,6 +102,34 @@ fn a_label_in_the_plane_of_glass_or_of_a_mirror_lies_before_it() {
     }
 }
 
+/// A label around a ball of glass, of the same triangles as the ball.
+#[test]
+fn what_is_bent_moves_as_far_as_what_is_flat() {
+    let at = |row: u32, column: u32| {
+        let (polar, around) = (row as f32 / 12.0 * PI, column as f32 / 24.0 * 2.0 * PI);
+        turned() * Vec3::new(polar.sin() * around.cos(), polar.cos(), -polar.sin() * around.sin())
+    };
+    let sphere = |rows: std::ops::Range<u32>, columns: u32| {
+        let mut primitive = Primitive::default();
+        for (row, column) in rows.flat_map(|row| (0..columns).map(move |column| (row, column))) {
+            let first = primitive.positions.len() as u32;
+            let corners = [at(row, column), at(row + 1, column), at(row + 1, column + 1), at(row, column + 1)];
+            primitive.positions.extend(corners);
+            primitive.normals.extend(corners);
+            primitive.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+        primitive
+    };
+    let glass = Material::glass("glass", 1.5);
+    let model = model(vec![("ball", glass, sphere(0..12, 24)), ("label", paint(), sphere(4..8, 9))]);
+    let scene = model.pose(&PoseOptions::default()).unwrap();
+    let before = &model.meshes[0].primitives[0].positions;
+    let inwards: Vec<f32> =
+        before.iter().zip(&scene.positions).map(|(before, after)| before.length() - after.length()).collect();
+    assert!(inwards.iter().any(|way| *way > 1e-4));
+    assert!(inwards.iter().all(|way| way.abs() < ROUNDING || (3e-4..7e-4).contains(way)), "{inwards:?}");
+}
+
 #[test]
 fn glass_stands_a_hair_above_the_table() {
     let up = turned() * Vec3::Y;
