@@ -9,7 +9,7 @@ use catoptric::scene::model::LocalTransform;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Material, Ray, Scene};
 use catoptric_testkit::scenes::SceneBuilder;
-use glam::{DVec3, Quat, Vec3};
+use glam::{DQuat, DVec3, Quat, Vec3};
 
 fn between(numbers: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * f64::from(numbers.next_unit())
@@ -75,7 +75,8 @@ fn step_aside(slabs: &[Slab], [top, bottom]: [f64; 2], sine: f64) -> (f64, u32) 
     (aside, refractions)
 }
 
-fn scene_of(slabs: &[Slab], ruler_z: f32) -> Scene {
+/// The slabs over a ruler, all so far away from the file's origin.
+fn scene_of(slabs: &[Slab], ruler_z: f32, away: DVec3) -> Scene {
     let mut builder = SceneBuilder::new();
     for (index, slab) in slabs.iter().enumerate() {
         let glass = builder.material(Material::glass(&format!("glass {index}"), slab.ior));
@@ -84,6 +85,11 @@ fn scene_of(slabs: &[Slab], ruler_z: f32) -> Scene {
         builder.cuboid(&format!("slab {index}"), min, max, false, glass);
     }
     builder.ruler("ruler", Vec3::new(-10.0, -10.0, ruler_z), Vec3::X * 20.0, Vec3::Y * 20.0);
+    let model = builder.model_mut();
+    for node in &mut model.nodes {
+        node.local = LocalTransform::Rigid { translation: away, rotation: DQuat::IDENTITY };
+    }
+    model.move_near_origin().unwrap();
     builder.build()
 }
 
@@ -95,7 +101,12 @@ fn stacks_of_slabs_refract_as_snell_says() {
         let slabs = stack(&mut numbers);
         let bottom = slabs.iter().map(|slab| slab.z[0]).fold(0.0, f64::min) - 0.5;
         let bottom = f64::from(bottom as f32);
-        let scene = scene_of(&slabs, bottom as f32);
+        let away = match number % 3 {
+            0 => DVec3::from_array([(); 3].map(|()| between(&mut numbers, -1e7, 1e7))),
+            _ => DVec3::ZERO,
+        };
+        let scene = scene_of(&slabs, bottom as f32, away);
+        let moved = (away - scene.origin).as_vec3();
         let tracer = Tracer::build(&scene, |_| true);
         for _ in 0..3 {
             // From above, or from within what is there.
@@ -112,7 +123,7 @@ fn stacks_of_slabs_refract_as_snell_says() {
             let (aside, refractions) = step_aside(&slabs, [top, bottom], sine);
             let refractions = refractions - u32::from(index_at(&slabs, top) != 1.0);
             let expected = aside * slope.signum();
-            let ray = Ray { origin: Vec3::new(0.05, 0.02, top as f32), direction };
+            let ray = Ray { origin: moved + Vec3::new(0.05, 0.02, top as f32), direction };
             let light = PathTracer::new(&scene, &tracer, PathModel::Tree, refractions).radiance_along(ray, None, 0.0);
             let found = (light.x / light.z - 0.5) * 20.0 - 0.05;
             // Not a number where nothing arrives.
@@ -134,7 +145,7 @@ fn faces_in_one_place_reflect_as_one_interface() {
         (vec![(1.5, [-1.0, 1.0]), (1.5, [-1.0, 1.0])], 0.0),
     ] {
         let slabs: Vec<Slab> = slabs.into_iter().map(|(ior, z)| Slab { z, ior }).collect();
-        let scene = scene_of(&slabs, -3.0);
+        let scene = scene_of(&slabs, -3.0, DVec3::ZERO);
         let tracer = Tracer::build(&scene, |_| true);
         let ray = Ray { origin: Vec3::new(0.3, 0.2, 2.0), direction: Vec3::NEG_Z };
         let light = PathTracer::new(&scene, &tracer, PathModel::Tree, 3).radiance_along(ray, None, 0.0);
