@@ -4,7 +4,7 @@ use crate::args::{DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::{RenderError, SceneError};
-use catoptric::light::bodies::remarks_on_bodies;
+use catoptric::light::bodies::{bodies_meet, remarks_on_bodies};
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
@@ -61,6 +61,16 @@ pub(crate) fn remark_on_glass(args: &DrawArgs, model: &mut Model) -> Option<Stri
 pub(crate) fn remark_on_bodies(model: &mut Model, scene: &Scene) {
     let name = model.name.clone();
     model.warnings.extend(remarks_on_bodies(scene).into_iter().map(|remark| format!("{name}: {remark}")));
+}
+
+/// What a method makes of bodies of glass or liquid that meet, if it does not follow what lies on both sides of each.
+pub(crate) fn remark_on_media(method: &str, scene: &Scene) -> Option<String> {
+    (!["auto", "reference"].contains(&method) && bodies_meet(scene)).then(|| {
+        format!(
+            "`{method}`: bodies of glass or liquid touch, or one may lie within another; it refracts light at each as \
+             if air were on the other side (only `render --method auto` and `reference` know better)"
+        )
+    })
 }
 
 fn thin_glass(model: &mut Model) -> impl Iterator<Item = &mut Lobes> {

@@ -136,6 +136,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     }
     written?;
     terminal.warn(&model.warnings);
+    terminal.warn(scene_source::remark_on_media(&args.method, &scene).iter());
     terminal.warn(cut_short_warning(&counts).iter());
     Ok(terminal.closing(summary(args, &counts), std::slice::from_ref(&args.output)))
 }

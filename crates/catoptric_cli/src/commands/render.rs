@@ -8,6 +8,7 @@ use crate::baked;
 use crate::drawing::{Shot, check_samples};
 use crate::failure::Failure;
 use crate::parse::FileOrStream;
+use crate::scene_source;
 use crate::settings;
 use crate::stats::Stats;
 use crate::terminal::Terminal;
@@ -46,6 +47,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
         output.write(|writer| writer.write_all(json.as_bytes()))?;
     }
     let mut warnings = stats.warnings.clone();
+    warnings.extend(scene_source::remark_on_media(&args.method, &drawing.scene));
     warnings.extend(display.and_then(|display| display.remark()));
     warnings.extend(slower_than_tracing(&shot, &stats, terminal)?);
     terminal.warn(&warnings);

@@ -97,3 +97,24 @@ fn numbers_print_as_they_are_written() {
     assert!(lists[0].contains("0.1,") && lists[0].contains("\"fov_deg\": 45.0"), "{}", lists[0]);
     assert!(lists[2].contains("\"accuracy_px\": 0.1,"), "{}", lists[2]);
 }
+
+#[test]
+fn methods_that_do_not_know_two_media_say_so() {
+    let place = Workplace::new();
+    let bubble = "[[reflector]]\nname = 'bubble'\nsurface = 'sphere'\ncenter = [0, 0.5, 0]\nradius = 0.3\n";
+    let glass = "[role]\nwall = 'diffuse'\nball = 'lens'\nbubble = 'lens'\n";
+    place.write("nested.toml", BALL.replace("[role]\nwall = \"diffuse\"\n", &format!("{bubble}{glass}")));
+    place.write("points.csv", "x,y,z\n0,0.5,-2\n");
+    let render = ["render", "nested.toml", "--size", "32x24", "-o", "out.png"];
+    let project = ["project", "nested.toml", "--points", "points.csv", "-o", "out.csv"];
+    for (words, is_said) in [
+        (render.to_vec(), false),
+        ([&render[..], &["--method", "multiperspective"]].concat(), true),
+        (project.to_vec(), true),
+    ] {
+        let said = place.run(&words);
+        let message = String::from_utf8(said.stderr).unwrap();
+        assert!(said.status.success(), "{words:?}: {message}");
+        assert_eq!(message.contains("as if air were on the other side"), is_said, "{words:?}: {message}");
+    }
+}
