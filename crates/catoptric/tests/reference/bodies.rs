@@ -89,7 +89,7 @@ fn scene_of(slabs: &[Slab], ruler_z: f32, away: DVec3) -> Scene {
     for node in &mut model.nodes {
         node.local = LocalTransform::Rigid { translation: away, rotation: DQuat::IDENTITY };
     }
-    model.move_near_origin().unwrap();
+    model.move_near_origin().expect("the nodes are right");
     builder.build()
 }
 
