@@ -35,7 +35,10 @@ const BLOCK: usize = 64;
 
 /// Pairs of boxes that are compared, at most, in the order of objects: more would take too long. What is left stays
 /// where it is.
-const MOST_COMPARED: usize = 30_000_000;
+const MOST_COMPARED: usize = 60_000_000;
+
+/// A comparison of two triangles takes as long as so many of boxes.
+const OF_TRIANGLES: usize = 10;
 
 /// Faces are parallel whose normals have this cosine at least. Between faces without a plane in common by their corners
 /// it is never reached.
@@ -182,6 +185,7 @@ impl<'a> Search<'a> {
                     if common(bounds, others).is_empty() {
                         continue;
                     }
+                    self.compared += OF_TRIANGLES;
                     let faces = [*own, *other].map(|triangle| Face::new(self.scene, triangle));
                     if let [Some(face), Some(of_other)] = faces
                         && face.coincides(&of_other)
