@@ -63,7 +63,7 @@ pub(crate) fn remark_on_bodies(model: &mut Model, scene: &Scene) {
     model.warnings.extend(remarks_on_bodies(scene).into_iter().map(|remark| format!("{name}: {remark}")));
 }
 
-/// What a method makes of bodies of glass or liquid that meet, if it does not follow what lies on both sides of each.
+/// A warning that bodies of glass or liquid meet and the method does not follow what lies on both sides of each.
 pub(crate) fn remark_on_media(method: &str, scene: &Scene) -> Option<String> {
     (!["auto", "reference"].contains(&method) && bodies_meet(scene)).then(|| {
         format!(

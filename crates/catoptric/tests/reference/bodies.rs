@@ -192,7 +192,7 @@ fn what_lies_in_the_plane_of_glass_and_mirrors_is_seen_wherever_rays_come_from()
         // At order 0 the mirror is black.
         assert_eq!(arriving(Vec3::new(random(2.2, 3.8), random(-0.8, 0.8), 0.0), 0), Vec3::ZERO);
         assert_eq!(arriving(Vec3::new(random(-9.0, -4.0), random(-4.0, 4.0), 0.0), 4), Vec3::Y);
-        // What the upper and the lower side of the glass let pass comes from the table.
+        // The table is seen by what the upper and the lower side of the glass let pass.
         let through = arriving(Vec3::new(random(-0.2, 0.2), random(0.3, 0.45), 0.7), 2);
         let expected = Vec3::Y * (1.0 - fresnel_dielectric(-towards.z, 1.0 / 1.5)).powi(2);
         assert!((through - expected).abs().max_element() < 1e-3, "{through} {expected} {towards}");

@@ -1,4 +1,4 @@
-//! Whether the faces of objects enclose something.
+//! Sums over the faces of objects, which tell whether they enclose something.
 
 use super::Scene;
 use glam::{DVec3, Vec3};

@@ -143,7 +143,7 @@ pub struct Material {
     pub ior: f32,
     /// Absorption inside a lens, a unit of length (Beer-Lambert).
     pub absorption: Vec3,
-    /// Of several bodies of glass or liquid in one place that of the greatest priority is there; of equals the smallest
+    /// The rank among bodies of glass or liquid in one place: the greatest one is there, of equals the smallest body
     /// (Schmidt, Budge 2002).
     pub priority: i32,
     /// A reflector whose reflectance rises to 1 at grazing angles (Schlick), not a perfect mirror of constant tint.

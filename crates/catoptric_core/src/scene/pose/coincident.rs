@@ -27,7 +27,7 @@ const GAP: f32 = 64.0 * f32::EPSILON;
 const FILM: f32 = 5e-4;
 const FILM_OF_THICKNESS: f32 = 0.02;
 
-/// Of more faces in one place than this not all are told apart.
+/// The most faces in one place that are all told apart.
 const MOST_GAPS: f32 = 8.0;
 
 /// Triangles whose boxes are looked at together.
@@ -76,7 +76,7 @@ struct Face {
     corners: [Vec3; 3],
     normal: Vec3,
     double_area: f32,
-    /// Its largest coordinate.
+    /// The largest coordinate of its corners.
     size: f32,
 }
 
