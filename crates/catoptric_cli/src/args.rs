@@ -141,7 +141,7 @@ pub(crate) struct CompletionsArgs {
 #[derive(Args)]
 #[command(next_help_heading = "Scene")]
 pub(crate) struct SceneArgs {
-    /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
+    /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", display_order = 0)]
     pub(crate) scene: String,
     /// Light from infinity: an equirectangular picture (.hdr or .exr), or `studio` [default: the scene's; a studio for
@@ -579,7 +579,7 @@ pub(crate) struct InfoArgs {
 
 #[derive(Args)]
 pub(crate) struct ProjectArgs {
-    /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
+    /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", help_heading = "Scene", display_order = 0)]
     pub(crate) scene: String,
     /// Limit paths to reflectors and lenses of this node or material name; others still block (repeat) [default: all]

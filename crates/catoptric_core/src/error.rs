@@ -54,6 +54,15 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// The message without the name of the file, for warnings that stand beside it.
+    pub fn without_file(&self) -> String {
+        match self {
+            Self::Read { source, .. } => format!("cannot be read: {source}"),
+            Self::Invalid { field, problem, .. } => format!("{field}: {problem}"),
+            other => other.to_string(),
+        }
+    }
+
     /// A wrong field of a file.
     pub fn invalid(file: impl Into<String>, field: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Invalid { file: file.into(), field: field.into(), problem: problem.into() }

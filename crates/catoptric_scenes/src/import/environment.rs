@@ -48,7 +48,7 @@ fn from_hdr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
     check_size(name, u64::from(width), u64::from(height))?;
     let picture = reader().decode().map_err(broken)?.into_rgb32f();
     let radiance = picture.pixels().map(|pixel| pixel.0).collect();
-    Ok(Environment::new(super::file_name(name), width, height, radiance))
+    Ok(Environment::new(files::file_name(name), width, height, radiance))
 }
 
 /// An environment from the bytes of an OpenEXR picture: the first layer with the channels R, G and B.
@@ -76,7 +76,7 @@ fn from_exr(name: &str, bytes: &[u8]) -> Result<Environment, SceneError> {
         .map_err(broken)?;
     let size = image.layer_data.size;
     let radiance = image.layer_data.channel_data.pixels.1;
-    Ok(Environment::new(super::file_name(name), size.width() as u32, size.height() as u32, radiance))
+    Ok(Environment::new(files::file_name(name), size.width() as u32, size.height() as u32, radiance))
 }
 
 fn check_size(name: &str, width: u64, height: u64) -> Result<(), SceneError> {

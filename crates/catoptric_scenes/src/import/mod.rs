@@ -1,4 +1,5 @@
-//! Reads scenes from files: glTF 2.0 and GLB, Wavefront `.obj`, and the project's own `.toml` scenes.
+//! Reads scenes from files: glTF 2.0 and GLB, Wavefront `.obj`, meshes in `.ply` and `.stl`, and the project's own
+//! `.toml` scenes.
 //!
 //! Every reader treats its input as hostile: sizes that a file names are checked against the file's length
 //! before memory is allocated, and every index before it is used.
@@ -10,36 +11,41 @@ mod files;
 #[cfg(feature = "gltf")]
 pub mod gltf;
 mod key_error;
+mod lobes;
 mod merge;
+mod mesh_file;
 pub mod obj;
 mod picture;
 pub mod toml_scene;
 
 use environment::environment_from;
 pub use environment::load_environment;
+use files::extension;
 pub use files::{Folder, NoFiles, Resolver};
 
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::Model;
 use std::path::Path;
 
-/// Reads a scene, by its extension: `.glb`, `.gltf`, `.obj` or `.toml`.
+/// Kinds of scenes, for messages.
+const KINDS: &str = ".glb, .gltf, .obj, .ply, .stl and .toml";
+
+/// Reads a scene, by its extension: `.glb`, `.gltf`, `.obj`, `.ply`, `.stl` or `.toml`.
 ///
 /// # Errors
 /// [`SceneError`] when the file or one that it names cannot be read, is broken, or needs something unknown.
 pub fn load(path: &Path) -> Result<Model, SceneError> {
-    near_origin(match extension(path).as_str() {
-        "glb" | "gltf" => load_gltf(path),
-        "obj" => obj::load(path),
+    finished(match extension(path).as_str() {
         "toml" => toml_scene::load(path),
-        other => Err(no_scene(&path.display().to_string(), other)),
+        _ => load_as_it_stands(path),
     }?)
 }
 
-/// The model, whose scenes lie near their origin.
-fn near_origin(mut model: Model) -> Result<Model, SceneError> {
-    model.move_near_origin()?;
-    Ok(model)
+/// The same of a file that is no `.toml` scene, wherever it lies.
+fn load_as_it_stands(path: &Path) -> Result<Model, SceneError> {
+    let name = path.display().to_string();
+    check_kind(&name)?;
+    parse(&name, &files::read(path, files::MAX_SCENE_BYTES)?, &Folder::of(path))
 }
 
 /// Reads a scene from memory, by the extension of its name; `resolver` finds the files that it names.
@@ -47,27 +53,43 @@ fn near_origin(mut model: Model) -> Result<Model, SceneError> {
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
-    near_origin(match extension(Path::new(name)).as_str() {
-        "glb" | "gltf" => gltf_from(name, bytes, resolver),
+    check_kind(name)?;
+    finished(parse(name, bytes, resolver)?)
+}
+
+fn parse(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
+    files::refuse_foreign(name, bytes)?;
+    match extension(Path::new(name)).as_str() {
         "obj" => obj::from_slice(name, bytes, resolver),
+        "ply" => mesh_file::ply::from_slice(name, bytes),
+        "stl" => mesh_file::stl::from_slice(name, bytes),
         "toml" => toml_scene::from_slice(name, bytes, resolver),
-        other => Err(no_scene(name, other)),
-    }?)
+        _ => gltf_from(name, bytes, resolver),
+    }
 }
 
-fn no_scene(name: &str, extension: &str) -> SceneError {
-    let problem = format!("`.{extension}` is no kind of scene; allowed are .glb, .gltf, .obj and .toml");
-    SceneError::invalid(name, "extension", problem)
+/// The model, whose scenes lie near their origin, with a warning if there is nothing in it.
+fn finished(mut model: Model) -> Result<Model, SceneError> {
+    model.move_near_origin()?;
+    let has_triangles = model.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|part| !part.triangles.is_empty());
+    if !(has_triangles || model.nodes.iter().any(|node| node.analytic.is_some())) {
+        model.warnings.push("there is nothing to draw: no surface is in the file".into());
+    }
+    Ok(model)
 }
 
-/// The extension in lower case; empty without one.
-fn extension(path: &Path) -> String {
-    path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
-}
-
-fn load_gltf(path: &Path) -> Result<Model, SceneError> {
-    let bytes = files::read(path, files::MAX_SCENE_BYTES)?;
-    gltf_from(&path.display().to_string(), &bytes, &Folder::of(path))
+/// Refuses names of other kinds of files, before anything is read.
+fn check_kind(name: &str) -> Result<(), SceneError> {
+    let extension = extension(Path::new(name));
+    let remedy = match extension.as_str() {
+        "glb" | "gltf" | "obj" | "ply" | "stl" | "toml" => return Ok(()),
+        "fbx" | "blend" | "dae" | "3ds" | "max" | "usd" | "usda" | "usdc" | "usdz" | "abc" | "step" | "stp"
+        | "iges" => "; export glTF (.glb) from the program that made it",
+        "zip" | "7z" | "rar" | "gz" => "; unpack it first",
+        _ => "",
+    };
+    let problem = format!("`.{extension}` is no kind of scene; allowed are {KINDS}{remedy}");
+    Err(SceneError::invalid(name, "extension", problem))
 }
 
 #[cfg(feature = "gltf")]
@@ -80,9 +102,4 @@ fn gltf_from(name: &str, _: &[u8], _: &dyn Resolver) -> Result<Model, SceneError
         feature: "glTF".into(),
         remedy: "this program was built without the feature `gltf`".into(),
     })
-}
-
-/// The last part of a name or path, for messages and as the name of objects without one.
-fn file_name(name: &str) -> &str {
-    name.rsplit(['/', '\\']).next().unwrap_or(name)
 }

@@ -32,7 +32,7 @@ const NO_DRIVER: &str = "no graphics driver that can draw in this window (on Deb
     this program, else the first on PATH."
 )]
 struct Args {
-    /// A .glb, .gltf, .obj or .toml file, or builtin:NAME[?key=value&...]
+    /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", default_value = "builtin:sphere_room")]
     scene: String,
     /// The method

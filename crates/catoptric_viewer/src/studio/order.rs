@@ -53,7 +53,7 @@ impl Resolver for Beside {
 pub fn scene_of<'a>(names: impl IntoIterator<Item = &'a str>) -> Option<usize> {
     let rank = |name: &str| {
         let name = name.to_lowercase();
-        [".toml", ".gltf", ".glb", ".obj"].into_iter().position(|end| name.ends_with(end)).unwrap_or(4)
+        [".toml", ".gltf", ".glb", ".obj", ".ply", ".stl"].into_iter().position(|end| name.ends_with(end)).unwrap_or(6)
     };
     names.into_iter().enumerate().min_by_key(|(_, name)| rank(name)).map(|(index, _)| index)
 }

@@ -8,13 +8,18 @@ use catoptric_core::error::SceneError;
 use catoptric_core::scene::model::{Animation, Channel, ChannelValues, Interpolation};
 use glam::{Quat, Vec3};
 
-pub(super) fn read(source: &Source<'_>, index: usize, entry: &schema::Animation) -> Result<Animation, SceneError> {
+/// An animation; channels that cannot be read are left out, with a warning.
+pub(super) fn read(source: &Source<'_>, index: usize, entry: &schema::Animation) -> Animation {
     let mut animation = Animation { name: entry.name.clone(), channels: Vec::new() };
     for (number, channel) in entry.channels.iter().enumerate() {
         let owner = format!("animations[{index}].channels[{number}]");
-        animation.channels.extend(read_channel(source, entry, channel, &owner)?);
+        match read_channel(source, entry, channel, &owner) {
+            Ok(channel) => animation.channels.extend(channel),
+            // One odd channel is no reason for no picture.
+            Err(error) => source.warn(format!("{owner} is left out: {}", error.without_file())),
+        }
     }
-    Ok(animation)
+    animation
 }
 
 /// A channel; returns `None`, with a warning, if it moves nothing that is drawn.
@@ -51,12 +56,12 @@ fn read_channel(
         source.warn(format!("{owner}: its times do not rise; it is left out"));
         return Ok(None);
     }
-    let interpolation = match sampler.interpolation.as_deref().unwrap_or("LINEAR") {
-        "LINEAR" => Interpolation::Linear,
-        "STEP" => Interpolation::Step,
-        "CUBICSPLINE" => Interpolation::CubicSpline,
-        other => {
-            let problem = format!("`{other}`; allowed are LINEAR, STEP and CUBICSPLINE");
+    let interpolation = match sampler.interpolation.as_ref().map(|name| name.as_str().unwrap_or("")) {
+        None | Some("LINEAR") => Interpolation::Linear,
+        Some("STEP") => Interpolation::Step,
+        Some("CUBICSPLINE") => Interpolation::CubicSpline,
+        Some(_) => {
+            let problem = "allowed are LINEAR, STEP and CUBICSPLINE";
             return Err(source.invalid(format!("{owner}.sampler.interpolation"), problem));
         }
     };

@@ -4,7 +4,7 @@ use super::source::Source;
 use catoptric_core::error::SceneError;
 
 /// Understood in full, as far as the methods can draw them.
-const SUPPORTED: [&str; 24] = [
+const SUPPORTED: [&str; 25] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -25,15 +25,37 @@ const SUPPORTED: [&str; 24] = [
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",
 ];
 
-/// Whether an extension is understood.
+/// Extensions that change no picture: what can be done with nodes, sounds, physics, data about the scene, and coarser
+/// versions for the distance.
+const WITHOUT_EFFECT: [&str; 13] = [
+    "EXT_mesh_features",
+    "EXT_mesh_manifold",
+    "EXT_structural_metadata",
+    "FB_ngon_encoding",
+    "KHR_audio_emitter",
+    "KHR_implicit_shapes",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_physics_rigid_bodies",
+    "MSFT_lod",
+    "OMI_physics_body",
+    "OMI_physics_shape",
+];
+
+/// Extensions without which the rest of a file can still be drawn, even where it says that they are required.
+const DRAWN_WITHOUT: [&str; 2] = ["KHR_animation_pointer", "KHR_materials_volume_scatter"];
+
+/// Whether an extension is understood, or has no effect.
 pub(super) fn is_supported(extension: &str) -> bool {
-    SUPPORTED.contains(&extension)
+    SUPPORTED.contains(&extension) || WITHOUT_EFFECT.contains(&extension)
 }
 
 /// Refuses files that cannot be drawn without an extension that is not understood, and warns of newer versions and of
@@ -43,7 +65,7 @@ pub(super) fn check_required(source: &Source<'_>) -> Result<(), SceneError> {
         source.warn(format!("asset.minVersion is {version}: what is newer than glTF 2.0 in the file is not drawn"));
     }
     for required in &source.document.extensions_required {
-        if !is_supported(required) {
+        if !(is_supported(required) || DRAWN_WITHOUT.contains(&required.as_str())) {
             return Err(SceneError::Unsupported {
                 file: source.name.into(),
                 feature: format!("the glTF extension {required}"),

@@ -93,7 +93,7 @@ impl<'r, 's> Importer<'r, 's> {
             self.model.nodes[index].analytic = Some(self.analytic_asset(index, &asset)?);
         }
         for (index, animation) in document.animations.iter().enumerate() {
-            self.model.animations.push(animation::read(self.source, index, animation)?);
+            self.model.animations.push(animation::read(self.source, index, animation));
         }
         Ok(self.model)
     }
@@ -176,7 +176,7 @@ impl<'r, 's> Importer<'r, 's> {
             }
             self.model.meshes.push(asset);
         }
-        let decoded = textures.decode(source)?;
+        let decoded = textures.decode(source);
         self.model.materials = materials.into_iter().map(|material| material.finish(&decoded)).collect();
         if self.default_material.is_some() {
             // The format's default, a white and rough metal, sends all light on to other parts of itself: no shape is

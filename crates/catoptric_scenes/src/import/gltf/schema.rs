@@ -63,7 +63,7 @@ schema! {
     Animation { name: String, channels: Vec<Channel>, samplers: Vec<AnimationSampler>, }
     Channel { sampler: Option<usize>, target: Target, }
     Target { node: Option<usize>, path: String, }
-    AnimationSampler { input: Option<usize>, interpolation: Option<String>, output: Option<usize>, }
+    AnimationSampler { input: Option<usize>, interpolation: Option<Value>, output: Option<usize>, }
     Buffer { uri: Option<String>, byte_length: u64, }
     BufferView {
         buffer: Option<usize>,
@@ -194,6 +194,17 @@ schema! {
     }
 }
 
+impl Document {
+    /// The name of a picture, else its file, else its place.
+    pub(super) fn picture_name(&self, picture: usize) -> String {
+        let image = &self.images[picture];
+        [image.name.as_str(), image.uri.as_deref().unwrap_or("")]
+            .into_iter()
+            .find(|name| !name.is_empty() && !name.get(..5).is_some_and(|begin| begin.eq_ignore_ascii_case("data:")))
+            .map_or_else(|| format!("images[{picture}]"), String::from)
+    }
+}
+
 /// Reads the JSON part of a file.
 pub(super) fn parse(name: &str, json: &[u8]) -> Result<Document, SceneError> {
     let invalid = |field: &str, problem: String| SceneError::invalid(name, field, problem);
@@ -209,11 +220,17 @@ pub(super) fn parse(name: &str, json: &[u8]) -> Result<Document, SceneError> {
             return Err(invalid(key, format!("more than {MAX_ENTRIES} entries")));
         }
     }
+    // Files of version 1 hold other kinds of values everywhere: they are named before their fields are read.
+    let version = entries.get("asset").and_then(|asset| asset.get("version"));
+    let version = version.map(|version| version.as_str().map_or_else(|| version.to_string(), str::to_owned));
+    let Some(version) = version else { return Err(invalid("asset.version", "is missing; glTF 2 has it".into())) };
+    if version.split('.').next() != Some("2") {
+        let version: String = version.chars().take(20).collect();
+        let problem = format!("is glTF {version}, only glTF 2 can be read: convert it, as with gltf-pipeline");
+        return Err(invalid("asset.version", problem));
+    }
     whole_numbers(&mut root);
     let document: Document = typed(root).map_err(|(field, problem)| invalid(&field, problem))?;
-    if document.asset.version.split('.').next() != Some("2") {
-        return Err(invalid("asset.version", format!("`{}`; only glTF 2 can be read", document.asset.version)));
-    }
     Ok(document)
 }
 

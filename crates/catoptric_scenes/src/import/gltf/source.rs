@@ -1,6 +1,6 @@
 //! State shared by all parts of the importer: the document, its buffers, the memory budget and the warnings.
 
-use super::super::Resolver;
+use super::super::{Resolver, files};
 use super::codec::meshopt;
 use super::schema;
 use super::schema::{Buffer, Document, Extensions};
@@ -153,28 +153,33 @@ impl<'a> Source<'a> {
 
     /// The bytes behind a URI: embedded ones or a file beside this one.
     pub(super) fn read_uri(&self, uri: &str, field: &dyn Fn() -> String) -> Result<Vec<u8>, SceneError> {
-        if let Some(data) = uri.strip_prefix("data:") {
-            let Some((_, text)) = data.split_once(";base64,") else {
-                return Err(self.invalid(field(), "a data URI must be `data:...;base64,...`"));
-            };
-            const LENIENT: GeneralPurpose = GeneralPurpose::new(
-                &base64::alphabet::STANDARD,
-                GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
-            );
-            return LENIENT.decode(text.trim()).map_err(|error| self.invalid(field(), format!("no base64: {error}")));
+        // A colon is allowed in file names and stands after drive letters; a scheme of two letters or more is an
+        // address.
+        let is_scheme =
+            |scheme: &str| scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c));
+        let mut path = uri;
+        if let Some((scheme, rest)) = uri.split_once(':').filter(|(scheme, _)| is_scheme(scheme)) {
+            match scheme.to_ascii_lowercase().as_str() {
+                "data" => return data_of(rest).map_err(|problem| self.invalid(field(), problem)),
+                "file" => path = rest.trim_start_matches('/'),
+                scheme => {
+                    let start: String = uri.chars().take(80).collect();
+                    let problem = format!("`{start}` is an address ({scheme}); only files beside the scene are read");
+                    return Err(self.invalid(field(), problem));
+                }
+            }
         }
-        // A colon is allowed in file names, but a scheme of two letters or more is an address.
-        let scheme = uri.split_once(':').map(|(scheme, _)| scheme);
-        if scheme.is_some_and(|s| s.len() > 1 && s.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))) {
-            return Err(self.invalid(field(), format!("`{uri}` is an address; only files beside the scene are read")));
-        }
-        let decoded = percent_encoding::percent_decode_str(uri).decode_utf8();
-        let decoded = decoded.map_err(|_| self.invalid(field(), format!("`{uri}` is no UTF-8 text once decoded")))?;
-        let read = |name: &str| self.resolver.read(name, super::super::files::MAX_SCENE_BYTES);
-        // Some writers do not encode: a file whose name holds a percent sign is tried as it stands too.
-        let bytes =
-            read(&decoded).or_else(|error| if *decoded == *uri { Err(error) } else { read(uri).or(Err(error)) });
-        let bytes = bytes.map_err(|error| self.invalid(field(), error.to_string()))?;
+        let read = |name: &str| files::read_written(self.resolver, name, files::MAX_SCENE_BYTES);
+        let decoded = percent_encoding::percent_decode_str(path).decode_utf8();
+        // Some writers do not encode: a file whose name holds a percent sign is tried as it stands, too.
+        let bytes = match &decoded {
+            Ok(name) => read(name).or_else(|error| if *name == path { Err(error) } else { read(path).or(Err(error)) }),
+            Err(_) => read(path),
+        };
+        let bytes = bytes.map_err(|error| match error {
+            SceneError::Read { path, source } => self.invalid(field(), format!("{}: {source}", path.display())),
+            error => self.invalid(field(), error.to_string()),
+        })?;
         self.file_bytes.set(self.file_bytes.get() + bytes.len() as u64);
         Ok(bytes)
     }
@@ -211,4 +216,25 @@ impl<'a> Source<'a> {
             self.invalid(field(), problem)
         })
     }
+}
+
+/// The bytes in a data URI after its scheme (RFC 2397): base64 of either alphabet, perhaps in lines, or
+/// percent-encoded.
+fn data_of(rest: &str) -> Result<Vec<u8>, String> {
+    const LENIENT: GeneralPurpose = GeneralPurpose::new(
+        &base64::alphabet::STANDARD,
+        GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
+    );
+    let (kind, data) = rest.split_once(',').ok_or("a data URI must have a comma before its data")?;
+    let decoded: Vec<u8> = percent_encoding::percent_decode_str(data).collect();
+    if !kind.to_ascii_lowercase().ends_with(";base64") {
+        return Ok(decoded);
+    }
+    let standard = |byte: u8| match byte {
+        b'-' => b'+',
+        b'_' => b'/',
+        byte => byte,
+    };
+    let text: Vec<u8> = decoded.into_iter().filter(|byte| !byte.is_ascii_whitespace()).map(standard).collect();
+    LENIENT.decode(text).map_err(|error| format!("no base64: {error}"))
 }

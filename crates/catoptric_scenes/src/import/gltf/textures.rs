@@ -28,6 +28,9 @@ struct WantedTexture {
     content: Content,
 }
 
+/// The bytes of a picture, or why they cannot be decoded.
+type Encoded<'s> = Result<Cow<'s, [u8]>, String>;
+
 /// The meaning of a picture's texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Content {
@@ -97,37 +100,47 @@ impl TextureSet {
         }))
     }
 
-    /// Reads and decodes every picture once, on all cores.
-    pub(super) fn decode(&self, source: &Source<'_>) -> Result<Vec<DecodedTexture>, SceneError> {
+    /// Reads and decodes every picture once, on all cores. A picture that cannot be read leaves the factor alone, with
+    /// a warning.
+    pub(super) fn decode(&self, source: &Source<'_>) -> Vec<DecodedTexture> {
         let mut places: BTreeMap<usize, usize> = BTreeMap::new();
-        let mut encoded: Vec<(usize, Cow<'_, [u8]>)> = Vec::new();
+        let mut encoded: Vec<(usize, Encoded<'_>)> = Vec::new();
         let mut budget = TexelBudget::default();
         for &WantedTexture { picture, .. } in &self.wanted {
             if places.contains_key(&picture) {
                 continue;
             }
-            let bytes = picture_bytes(source, picture)?;
-            let admitted = picture::dimensions(&bytes).and_then(|size| budget.admit(size, bytes.len()));
-            admitted.map_err(|problem| source.invalid(format!("images[{picture}]"), problem))?;
+            let bytes = picture_bytes(source, picture).map_err(|error| error.without_file()).and_then(|bytes| {
+                picture::dimensions(&bytes).and_then(|size| budget.admit(size, bytes.len()))?;
+                Ok(bytes)
+            });
             places.insert(picture, encoded.len());
             encoded.push((picture, bytes));
         }
-        let decoded = catoptric_core::parallel::map_collect(encoded.len(), |place| picture::decode(&encoded[place].1));
-        let mut pictures: Vec<Picture> = Vec::with_capacity(decoded.len());
+        let decoded = catoptric_core::parallel::map_collect(encoded.len(), |place| match &encoded[place].1 {
+            Ok(bytes) => picture::decode(bytes),
+            Err(problem) => Err(problem.clone()),
+        });
+        let mut pictures: Vec<Option<Picture>> = Vec::with_capacity(decoded.len());
         for (result, (picture, _)) in decoded.into_iter().zip(&encoded) {
-            pictures.push(result.map_err(|problem| source.invalid(format!("images[{picture}]"), problem))?);
+            if let Err(problem) = &result {
+                let name = source.document.picture_name(*picture);
+                source.warn(format!("picture `{name}` is not drawn, its factors alone are: {problem}"));
+            }
+            pictures.push(result.ok());
         }
         drop(encoded);
         let document = source.document;
-        let textures = catoptric_core::parallel::map_collect(self.wanted.len(), |number| {
+        catoptric_core::parallel::map_collect(self.wanted.len(), |number| {
             let WantedTexture { picture, sampler, content } = self.wanted[number];
-            let image = &document.images[picture];
-            let name = [image.name.as_str(), image.uri.as_deref().unwrap_or("")]
-                .into_iter()
-                .find(|name| !name.is_empty() && !name.starts_with("data:"))
-                .map_or_else(|| format!("images[{picture}]"), String::from);
+            let name = document.picture_name(picture);
             let sampler = sampler.map(|sampler| sampler_of(&document.samplers[sampler])).unwrap_or_default();
-            let picture = &pictures[places[&picture]];
+            let Some(picture) = &pictures[places[&picture]] else {
+                let neutral = if content == Content::Normals { [128, 128, 255, 255] } else { [255; 4] };
+                let make = if content == Content::Normals { Texture::from_normals8 } else { Texture::from_linear8 };
+                let texture = Arc::new(make(&name, 1, 1, &[neutral], sampler));
+                return DecodedTexture { texture, is_translucent: false };
+            };
             let make = match content {
                 Content::Color => Texture::from_srgb8,
                 Content::Data | Content::Glossiness(_) => Texture::from_linear8,
@@ -139,8 +152,7 @@ impl TextureSet {
             };
             let texture = make(&name, picture.width, picture.height, &texels, sampler);
             DecodedTexture { texture: Arc::new(texture), is_translucent: picture.is_translucent() }
-        });
-        Ok(textures)
+        })
     }
 }
 

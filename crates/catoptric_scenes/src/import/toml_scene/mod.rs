@@ -54,7 +54,7 @@ fn load_nested(path: &Path, depth: u32) -> Result<Model, SceneError> {
         _ => super::load(&folder.join(name)),
     };
     let environment = |name: &str| super::load_environment(&folder.join(name));
-    complete(file, depth, &base, &|name| super::load_gltf(&folder.join(name)), &environment)
+    complete(file, depth, &base, &|name| super::load_as_it_stands(&folder.join(name)), &environment)
 }
 
 /// Reads a scene file from memory; `name` is for messages, `resolver` finds the files that it names.

@@ -7,6 +7,7 @@ mod environment;
 mod gltf;
 #[cfg(feature = "gltf")]
 mod merge;
+mod mesh_file;
 mod obj;
 mod toml_scene;
 

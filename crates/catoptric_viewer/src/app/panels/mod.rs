@@ -68,7 +68,7 @@ fn scene(viewer: &mut Viewer, ui: &mut Ui) {
         if ui.button("Open...").clicked() && viewer.opening.is_none() {
             viewer.opening = Some(files::open());
         }
-        ui.weak("or drop .glb, .gltf, .obj or .toml here, with the files that it names");
+        ui.weak("or drop .glb, .gltf, .obj, .ply, .stl or .toml here, with the files that it names");
         if let Some(scene) = &viewer.scene {
             ui.label(format!("{} objects, {} triangles", scene.objects.len(), scene.triangles));
         }

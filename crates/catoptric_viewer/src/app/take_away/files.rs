@@ -88,7 +88,8 @@ mod system {
     }
 
     pub(super) fn open(done: Sender<Result<Chosen, String>>) {
-        let dialogue = rfd::FileDialog::new().add_filter("scenes and bakes", &["glb", "gltf", "obj", "toml", "bake"]);
+        let dialogue = rfd::FileDialog::new()
+            .add_filter("scenes and bakes", &["glb", "gltf", "obj", "ply", "stl", "toml", "bake"]);
         std::thread::spawn(move || {
             if let Some(path) = dialogue.pick_file() {
                 let _ = done.send(Ok(Chosen::Path(path)));

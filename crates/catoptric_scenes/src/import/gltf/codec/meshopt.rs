@@ -6,7 +6,7 @@
 use super::super::schema::Meshopt;
 
 /// The extensions that compress buffer views.
-pub(in super::super) const EXTENSIONS: [&str; 1] = ["EXT_meshopt_compression"];
+pub(in super::super) const EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 const CUT_OFF: &str = "the compressed data is cut off";
 

@@ -1,17 +1,14 @@
 //! What a material's factors say: its facets, its role or its lobes.
 
+use super::super::super::lobes::{Details, give_role_or_lobes};
 use super::super::schema::{self, Material as MaterialEntry};
 use super::super::source::Source;
 use catoptric_core::error::SceneError;
 use catoptric_core::math::portable::PortableMath;
-use catoptric_core::scene::{AlphaMode, Film, Lobes, Material, Microfacets, Role};
+use catoptric_core::scene::{AlphaMode, Film, Lobes, Material, Microfacets};
 use glam::{Vec3, Vec4};
 use std::borrow::Cow;
 
-/// Perceptual roughness up to which metal is a plain mirror, and glass is clear.
-const MAX_SHARP_ROUGHNESS: f32 = 0.02;
-/// Opaque dielectrics that are rougher all over reflect the environment alone, as wide as half of the sky.
-const MAX_FOLLOWED_ROUGHNESS: f32 = 0.75;
 /// The index of refraction of materials that name none, and its reflectance at normal incidence.
 const DEFAULT_IOR: f32 = 1.5;
 const USUAL_REFLECTANCE: f32 = 0.04;
@@ -82,33 +79,18 @@ pub(super) fn give_lobes(
             lobes.sheen_roughness = sheen.sheen_roughness_factor.clamp(0.0, 1.0);
         }
         set_modifiers(source, entry, owner, &mut lobes)?;
-        let has_texture = entry.pbr_metallic_roughness.metallic_roughness_texture.is_some();
-        let has_sheen = lobes.sheen != Vec3::ZERO;
-        let is_modified = lobes.film.is_some() || lobes.dispersion > 0.0 || lobes.diffuse_transmission > 0.0;
-        let is_bare = !(has_texture || blends || has_sheen || is_modified) && facets.coat == 0.0;
-        let is_plain = is_bare && lobes.anisotropy == 0.0 && facets.roughness <= MAX_SHARP_ROUGHNESS;
-        if is_plain && facets.metallic == 1.0 {
-            material.role = Role::Reflector;
-            material.mirror_roughness = facets.roughness;
-            material.schlick = true;
-            return Ok(());
-        }
         let has_field = |key: &str, field| entry.extensions.get(key).is_some_and(|value| value.get(field).is_some());
-        let lets_all_pass =
-            lobes.transmission == 1.0 && !has_field("KHR_materials_transmission", "transmissionTexture") && !is_thin;
-        let is_usual = !entry.extensions.contains_key("KHR_materials_specular") && facets.metallic == 0.0;
-        if is_plain && lets_all_pass && is_usual {
-            material.role = Role::Lens;
-            return Ok(());
-        }
-        let reflects = facets.metallic > 0.0 || has_texture || facets.roughness < MAX_FOLLOWED_ROUGHNESS;
-        if !(reflects || lobes.transmission > 0.0) && is_bare {
-            return Ok(());
-        }
-    } else if !blends {
+        let details = Details {
+            has_facet_texture: entry.pbr_metallic_roughness.metallic_roughness_texture.is_some(),
+            has_transmission_texture: has_field("KHR_materials_transmission", "transmissionTexture"),
+            has_specular: entry.extensions.contains_key("KHR_materials_specular"),
+        };
+        give_role_or_lobes(material, lobes, details);
         return Ok(());
     }
-    material.lobes = Some(Box::new(lobes));
+    if blends {
+        material.lobes = Some(Box::new(lobes));
+    }
     Ok(())
 }
 

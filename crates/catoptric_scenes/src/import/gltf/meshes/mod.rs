@@ -138,6 +138,13 @@ impl<'r, 's> PrimitiveReader<'r, 's> {
             4..=6 => {}
             _ => return Err(self.source.invalid(self.field("mode"), format!("{mode}; allowed are 0 to 6"))),
         }
+        let accessors = &self.source.document.accessors;
+        let is_empty = |accessor: usize| accessors.get(accessor).is_some_and(|accessor| accessor.count == 0);
+        let mut listed = self.primitive.attributes.get("POSITION").into_iter().chain(&self.primitive.indices);
+        if listed.any(|accessor| is_empty(*accessor)) {
+            self.source.warn(format!("{}: is empty (an accessor of count 0) and is left out", self.owner));
+            return Ok(None);
+        }
         let Some(positions) = self.attribute("POSITION", &["VEC3"])? else {
             self.source.warn(format!("{}: without POSITION, not drawn", self.owner));
             return Ok(None);

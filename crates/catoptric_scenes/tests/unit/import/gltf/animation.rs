@@ -68,7 +68,7 @@ fn morph_targets_and_their_weights() {
         assert_eq!(scene.positions[1], Vec3::new(1.0, 0.0, height));
     }
     file.json["accessors"][weights]["count"] = json!(3);
-    file.assert_error("animations[0].channels[0].sampler.output: 3 values; 2 keys need 4");
+    file.assert_warning("animations[0].channels[0].sampler.output: 3 values; 2 keys need 4");
 }
 
 #[test]
@@ -136,7 +136,9 @@ fn channels_that_move_nothing_are_left_out_with_a_warning() {
     }
     file.json["animations"][0]["samplers"][0]["interpolation"] = json!("CURVED");
     file.json["accessors"][times]["count"] = json!(1);
-    file.assert_error("sampler.interpolation: `CURVED`");
+    file.assert_warning("sampler.interpolation: allowed are");
+    file.json["animations"][0]["samplers"][0]["interpolation"] = json!(0);
+    file.assert_warning("sampler.interpolation: allowed are");
 }
 
 #[test]

@@ -19,7 +19,6 @@ fn counts_and_offsets_are_checked_against_the_data() {
     for (path, value, needle) in [
         ("/accessors/0/count", json!(4), "accessors[0]: 4 elements of 12 bytes"),
         ("/accessors/0/count", json!(u64::MAX), "accessors[0]"),
-        ("/accessors/0/count", json!(0), "accessors[0].count"),
         ("/accessors/0/byteOffset", json!(u64::MAX - 3), "accessors[0]"),
         ("/accessors/0/componentType", json!(5124), "accessors[0].componentType: 5124"),
         ("/bufferViews/0/byteLength", json!(37), "bufferViews[0]: 37 bytes"),
@@ -45,6 +44,19 @@ fn counts_and_offsets_are_checked_against_the_data() {
     let mut file = File::triangle();
     file.json["accessors"][0] = json!({ "componentType": F32, "type": "VEC3", "count": 1u64 << 40 });
     file.assert_error("accessors[0].count: 1099511627776 elements without data");
+}
+
+/// As some optimisers leave them behind.
+#[test]
+fn an_empty_primitive_is_left_out() {
+    let mut file = File::triangle();
+    let empty = file.json["accessors"][0].clone();
+    file.push("accessors", empty);
+    file.json["accessors"][1]["count"] = json!(0);
+    let primitives = file.json["meshes"][0]["primitives"].as_array_mut().unwrap();
+    primitives.push(json!({ "attributes": { "POSITION": 1 } }));
+    file.assert_warning("meshes[0].primitives[1]: is empty");
+    assert_eq!(file.scene().triangles.len(), 1);
 }
 
 #[test]

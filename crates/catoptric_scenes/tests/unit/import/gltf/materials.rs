@@ -244,17 +244,20 @@ fn pictures_of_extensions_come_first() {
 }
 
 #[test]
-fn broken_pictures_are_named() {
-    textured(b"nothing", false).assert_error("images[0]: is no PNG, JPEG or WebP picture");
+fn broken_pictures_are_named_and_the_factor_is_drawn_alone() {
+    let broken = textured(b"nothing", false);
+    broken.assert_warning("`images[0]` is not drawn, its factors alone are: is no PNG, JPEG, WebP, TGA or BMP picture");
+    let texel = broken.scene().textures[0].sample(Vec2::ZERO, &UvFootprint::default());
+    assert_eq!(texel, Vec4::ONE);
     let whole = png([1, 2, 3, 4]);
-    textured(&whole[..whole.len() - 20], false).assert_error("images[0]: ");
+    textured(&whole[..whole.len() - 20], false).assert_warning("is broken or cut off");
     let mut file = textured(&whole, false);
     file.json["images"][0] = json!({ "uri": "gone.png" });
-    file.assert_error("images[0].uri");
+    file.assert_warning("images[0].uri");
     file.json["images"][0] = json!({ "uri": "https://example.org/a.png" });
-    file.assert_error("is an address");
+    file.assert_warning("is an address");
     file.json["images"][0] = json!({ "uri": "data:image/png;base64,****" });
-    file.assert_error("no base64");
+    file.assert_warning("no base64");
     file.json["textures"][0] = json!({});
     assert!(file.model().warnings[0].contains("textures[0] has no picture"));
     // Pictures that no triangle uses are not looked for.
@@ -277,7 +280,7 @@ fn huge_pictures_are_refused_before_they_are_decoded() {
         }
     }
     bytes[29..33].copy_from_slice(&(!checksum).to_be_bytes());
-    textured(&bytes, false).assert_error("images[0]: ");
+    textured(&bytes, false).assert_warning("has 60000 x 60000 texels");
 }
 
 #[test]

@@ -133,6 +133,13 @@ impl File {
         from_slice("test.glb", &self.glb(), &NoFiles).unwrap_err().to_string()
     }
 
+    /// The file must be read, with a warning that names this.
+    #[track_caller]
+    pub(super) fn assert_warning(&self, needle: &str) {
+        let warnings = self.model().warnings;
+        assert!(warnings.iter().any(|warning| warning.contains(needle)), "{warnings:?}");
+    }
+
     /// The error must name this.
     #[track_caller]
     pub(super) fn assert_error(&self, needle: &str) {
