@@ -1,7 +1,9 @@
 //! The command line.
 
+mod choice;
 mod submit;
 
+pub(crate) use choice::ChoiceArgs;
 pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
 pub(crate) use submit::Engine;
@@ -177,9 +179,11 @@ pub(crate) struct PoseArgs {
     /// Make objects of this node or material name diffuse (repeat; later roles win)
     #[arg(long, value_name = "GLOB")]
     pub(crate) diffuse: Vec<String>,
-    /// Time in the file's animation, seconds
+    /// Time in the file's animations, seconds; before their first keys and after their last ones they hold
     #[arg(long, value_name = "T", default_value = "0", value_parser = parse::number, allow_hyphen_values = true)]
     pub(crate) time: f32,
+    #[command(flatten)]
+    pub(crate) choice: ChoiceArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -122,11 +122,13 @@ impl<'a> Shot<'a> {
         let bake_open_ms = milliseconds(start);
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
-        let mut model = scene_source::load(&args.scene, args.environment.as_deref(), !roles.is_empty())?;
+        let mut model =
+            scene_source::load(&args.scene, &args.pose.choice, args.environment.as_deref(), !roles.is_empty())?;
         scene_source::check_strictly(draw, &model)?;
         let remark = scene_source::remark_on_glass(draw, &mut model);
         model.warnings.extend(remark);
         scene_source::choose_glass(draw, &mut model);
+        scene_source::choose_animation(&args.pose.choice, &mut model)?;
         model.ends_in_environment = draw.order == Order::Auto;
         let load_ms = milliseconds(start);
         let start = Instant::now();
@@ -141,6 +143,8 @@ impl<'a> Shot<'a> {
             Order::Auto => shot.scene.order_needed(),
         };
         scene_source::remark_on_bodies(&mut shot.model, &shot.scene);
+        let remark = scene_source::remark_on_time(&shot.model, args.pose.time);
+        shot.model.warnings.extend(remark);
         let mut setup_ms = vec![("load".into(), load_ms), ("pose".into(), milliseconds(start))];
         if !draw.baked.is_empty() {
             setup_ms.push(("bake_open".into(), bake_open_ms));

@@ -1,6 +1,10 @@
 //! From the word SCENE and the options about it to a model.
 
-use crate::args::{DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
+mod animations;
+
+pub(crate) use animations::{choose_animation, remark_on_time};
+
+use crate::args::{ChoiceArgs, DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::{RenderError, SceneError};
@@ -17,12 +21,24 @@ use std::sync::Arc;
 /// The environment that needs no file.
 pub(crate) const STUDIO: &str = "studio";
 
-/// The model that SCENE names, with the environment of `--environment`. Files from other programs that bring no light
+/// The model that SCENE names, with the variant of `--variant` and the environment of `--environment`. Files from other programs that bring no light
 /// are lit by a studio if they have mirrors or glass, or roles are given.
-pub(crate) fn load(scene: &str, environment: Option<&Path>, has_roles: bool) -> Result<Model, Failure> {
+pub(crate) fn load(
+    scene: &str,
+    choice: &ChoiceArgs,
+    environment: Option<&Path>,
+    has_roles: bool,
+) -> Result<Model, Failure> {
+    let variant = choice.variant.as_deref();
     let mut model = match scene.strip_prefix("builtin:") {
+        Some(_) if variant.is_some() => {
+            return Err(Failure::input(format!("{scene}: --variant: built-in scenes have no variants")));
+        }
         Some(spec) => builtin::parse(spec)?,
-        None => import::load(Path::new(scene))?,
+        None => import::load_as(Path::new(scene), variant).map_err(|error| match error {
+            SceneError::Unknown { kind: "variant", .. } => Failure::input(format!("{scene}: --variant: {error}")),
+            error => error.into(),
+        })?,
     };
     if let Some(path) = environment {
         let is_studio = path.as_os_str() == STUDIO;

@@ -42,12 +42,14 @@ pub enum SceneError {
         remedy: String,
     },
     /// The requested scene, camera or light does not exist.
-    #[error("there is no {kind} `{name}`; there are: {known}")]
+    #[error("there is no {kind} `{name}`{hint}; there are: {known}")]
     Unknown {
         /// The kind of the requested item.
         kind: &'static str,
         /// The requested name.
         name: String,
+        /// The name that was probably meant, as [`did_you_mean`] says it.
+        hint: String,
         /// The names that exist.
         known: String,
     },
@@ -67,4 +69,41 @@ impl SceneError {
     pub fn invalid(file: impl Into<String>, field: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Invalid { file: file.into(), field: field.into(), problem: problem.into() }
     }
+
+    /// The error about a name that is none of those known; `listed` is how the message lists them.
+    pub fn unknown<'a>(
+        kind: &'static str,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+        listed: impl Into<String>,
+    ) -> Self {
+        Self::Unknown { kind, name: name.into(), hint: did_you_mean(name, known), known: listed.into() }
+    }
+}
+
+/// Names of more letters are compared with no others, so that files with many long ones are refused as fast.
+const MAX_LETTERS: usize = 64;
+
+/// The name that was probably meant by one that is not known, as an addition to a message about it:
+/// ` (did you mean `ball`?)`, or empty where none is like it.
+///
+/// Alike are names that differ in a third of their letters at most (in one at least), and those that begin with three
+/// letters or more of what was given. Capital letters and the stars of patterns do not count.
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let plain = |name: &str| name.trim().trim_matches('*').to_lowercase();
+    let given = plain(name);
+    let letters = given.chars().count();
+    if letters == 0 || letters > MAX_LETTERS {
+        return String::new();
+    }
+    let most = (letters / 3).max(1);
+    let distance = |other: &str| {
+        let other_letters = other.chars().count();
+        let is_near = other_letters.abs_diff(letters) <= most;
+        let by_letters = is_near.then(|| strsim::osa_distance(&given, other)).filter(|distance| *distance <= most);
+        by_letters.or((letters >= 3 && other.starts_with(&given)).then_some(most))
+    };
+    let alike = known.into_iter().filter(|known| known.len() <= 4 * MAX_LETTERS);
+    let alike = alike.filter_map(|known| Some((distance(&plain(known))?, known)));
+    alike.min().map_or_else(String::new, |(_, known)| format!(" (did you mean `{known}`?)"))
 }

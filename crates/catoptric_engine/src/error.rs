@@ -1,16 +1,18 @@
 //! What can go wrong with input and environment; a bug panics instead, an expected numerical miss is a counted value.
 
-pub use catoptric_core::error::SceneError;
+pub use catoptric_core::error::{SceneError, did_you_mean};
 use catoptric_core::progress::Cancelled;
 
 /// A picture that cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum RenderError {
     /// No method has this id.
-    #[error("there is no method `{id}`; the methods are: {known}")]
+    #[error("there is no method `{id}`{hint}; the methods are: {known}")]
     UnknownMethod {
         /// The id asked for.
         id: String,
+        /// The id that was probably meant, as [`did_you_mean`] says it.
+        hint: String,
         /// The ids that exist.
         known: String,
     },

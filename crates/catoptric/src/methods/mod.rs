@@ -4,12 +4,12 @@ pub mod budget;
 pub mod reference;
 
 pub use catoptric_engine::method::{
-    Choice, ChoiceSpec, Family, Frame, Job, Limits, Method, MethodInfo, Prepared, Quality, Report, SettingInfo,
+    About, Choice, ChoiceSpec, Family, Frame, Job, Limits, Method, MethodInfo, Prepared, Quality, Report, SettingInfo,
     SettingKind, SettingSpec, Settings, bake, limits, overlay, path_lists, path_query, projector, setting_value,
 };
 pub use {catoptric_lookup as lookup, catoptric_projection as projection};
 
-use catoptric_engine::error::RenderError;
+use catoptric_engine::error::{RenderError, did_you_mean};
 
 /// All methods, the reference first.
 pub fn all() -> &'static [&'static MethodInfo] {
@@ -38,6 +38,7 @@ pub fn create(id: &str, settings: &toml::Table) -> Result<Box<dyn Method>, Rende
 pub fn find(id: &str) -> Result<&'static MethodInfo, RenderError> {
     all().iter().copied().find(|info| info.id == id).ok_or_else(|| RenderError::UnknownMethod {
         id: id.into(),
+        hint: did_you_mean(id, all().iter().map(|info| info.id)),
         known: all().iter().map(|info| info.id).collect::<Vec<_>>().join(", "),
     })
 }

@@ -1,11 +1,12 @@
 //! `catoptric info`: what is in a scene.
 
 use super::{columns, pretty};
-use crate::args::{InfoArgs, Shadows};
+use crate::args::{InfoArgs, SceneArgs, Shadows};
 use crate::failure::Failure;
 use crate::scene_source;
 use catoptric::math::Aabb;
 use catoptric::progress::Silent;
+use catoptric::scene::model::Animation;
 use catoptric::scene::{AlphaMode, Camera, LightKind, Material, Model, Projection, Role, Scene};
 use clap::ArgMatches;
 use glam::{DVec3, Vec3};
@@ -13,13 +14,41 @@ use serde_json::{Value, json};
 
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
-    let mut model = scene_source::load(&args.scene.scene, args.scene.environment.as_deref(), !roles.is_empty())?;
-    let scene = scene_source::pose(&model, args.scene.pose.time, &roles, Shadows::Off, None, &Silent)?;
+    let SceneArgs { scene, environment, pose, .. } = &args.scene;
+    let mut model = scene_source::load(scene, &pose.choice, environment.as_deref(), !roles.is_empty())?;
+    let mut clips = clips(&model);
+    if let Some(chosen) = scene_source::choose_animation(&pose.choice, &mut model)? {
+        clips.iter_mut().enumerate().for_each(|(index, clip)| clip.plays = index == chosen);
+    }
+    let scene = scene_source::pose(&model, pose.time, &roles, Shadows::Off, None, &Silent)?;
     scene_source::remark_on_bodies(&mut model, &scene);
-    if args.format.json { pretty(&as_json(&model, &scene)) } else { Ok(as_text(&model, &scene)) }
+    model.warnings.extend(scene_source::remark_on_time(&model, pose.time));
+    if args.format.json { pretty(&as_json(&model, &scene, &clips)) } else { Ok(as_text(&model, &scene, &clips)) }
 }
 
-fn as_json(model: &Model, scene: &Scene) -> Value {
+/// An animation of the file.
+#[derive(serde::Serialize)]
+struct Clip {
+    name: String,
+    channels: usize,
+    /// In seconds.
+    duration: f32,
+    /// It moves something.
+    plays: bool,
+}
+
+fn clips(model: &Model) -> Vec<Clip> {
+    let playing = model.playing();
+    let clip = |(index, animation): (usize, &Animation)| Clip {
+        name: animation.name.clone(),
+        channels: animation.channels.len(),
+        duration: animation.duration(),
+        plays: playing.contains(&index),
+    };
+    model.animations.iter().enumerate().map(clip).collect()
+}
+
+fn as_json(model: &Model, scene: &Scene, clips: &[Clip]) -> Value {
     let objects = scene.objects.iter().map(|object| {
         let material = &scene.materials[object.material as usize];
         json!({
@@ -76,10 +105,6 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         let (width, height) = texture.size();
         json!({ "name": texture.name, "size": [width, height], "bytes": texture.byte_count() })
     });
-    let animations = model
-        .animations
-        .iter()
-        .map(|animation| json!({ "name": animation.name, "channels": animation.channels.len() }));
     as_written(json!({
         "scene": model.name,
         "triangles": scene.triangles.len(),
@@ -91,7 +116,9 @@ fn as_json(model: &Model, scene: &Scene) -> Value {
         "lights": lights.collect::<Vec<_>>(),
         "environment": scene.environment.as_ref().map(|environment| environment.name.clone()),
         "textures": textures.collect::<Vec<_>>(),
-        "animations": animations.collect::<Vec<_>>(),
+        "variants": model.variants,
+        "variant": model.variant,
+        "animations": clips,
         "duration": model.duration(),
         "region": scene.region.as_ref().map(|region| bounds_json(scene, region)),
         "methods": model.method_settings,
@@ -114,7 +141,7 @@ fn as_written(value: Value) -> Value {
     }
 }
 
-fn as_text(model: &Model, scene: &Scene) -> String {
+fn as_text(model: &Model, scene: &Scene, clips: &[Clip]) -> String {
     let mut text = format!("{}\n", model.name);
     let specular = scene.specular_objects().len();
     text += &format!(
@@ -163,8 +190,13 @@ fn as_text(model: &Model, scene: &Scene) -> String {
         let (width, height) = texture.size();
         vec![shown(&texture.name), format!("{width}x{height}")]
     });
-    section(&mut text, "Animations", &model.animations, |animation| {
-        vec![shown(&animation.name), format!("{} channels", animation.channels.len())]
+    section(&mut text, "Variants", &model.variants, |variant| {
+        let chosen = if model.variant.as_ref() == Some(variant) { "chosen" } else { "" };
+        vec![shown(variant), chosen.into()]
+    });
+    section(&mut text, "Animations", clips, |clip| {
+        let plays = if clip.plays { "plays" } else { "" };
+        vec![shown(&clip.name), format!("{} s", clip.duration), format!("{} channels", clip.channels), plays.into()]
     });
     if let Some(environment) = &scene.environment {
         text += &format!("\nEnvironment: {}\n", environment.name);

@@ -72,7 +72,9 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     let roles = scene_source::pose_roles(&args.pose, options)?;
     args.output.path().map_or(Ok(()), files::check_writable)?;
     let mut points = Points::open(&args.points)?;
-    let model = scene_source::load(&args.scene, None, false)?;
+    let mut model = scene_source::load(&args.scene, &args.pose.choice, None, false)?;
+    scene_source::choose_animation(&args.pose.choice, &mut model)?;
+    terminal.warn(scene_source::remark_on_time(&model, args.pose.time).iter());
     let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None, &Silent)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;

@@ -1,8 +1,15 @@
 //! Animation: the values of channels between their keys, as glTF interpolates them.
 
-use super::model::{Channel, ChannelValues, Interpolation, LocalTransform};
+use super::model::{Animation, Channel, ChannelValues, Interpolation, LocalTransform};
 use crate::math::portable::between_turns;
 use glam::{Quat, Vec3};
+
+impl Animation {
+    /// The time of its last key, in seconds; 0 without keys.
+    pub fn duration(&self) -> f32 {
+        self.channels.iter().filter_map(|channel| channel.times.last().copied()).fold(0.0, f32::max)
+    }
+}
 
 impl ChannelValues {
     /// A number for the property that the values are of.

@@ -153,9 +153,10 @@ impl Scene {
         if let Some(camera) = wanted.parse::<usize>().ok().and_then(|index| self.cameras.get(index)) {
             return Ok(camera.clone());
         }
-        let known: Vec<String> = self.cameras.iter().enumerate().map(|(i, c)| format!("{i} `{}`", c.name)).collect();
-        let known = if known.is_empty() { "none in this scene".into() } else { known.join(", ") };
-        Err(SceneError::Unknown { kind: "camera", name: wanted.into(), known })
+        let listed: Vec<String> = self.cameras.iter().enumerate().map(|(i, c)| format!("{i} `{}`", c.name)).collect();
+        let listed = if listed.is_empty() { "none in this scene".into() } else { listed.join(", ") };
+        let known = self.cameras.iter().map(|camera| camera.name.as_str());
+        Err(SceneError::unknown("camera", wanted, known, listed))
     }
 
     /// The view of `camera`, with a near plane that suits the scene's size.

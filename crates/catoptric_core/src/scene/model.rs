@@ -28,6 +28,10 @@ pub struct Model {
     /// Animations. All play from time 0, but one with the target of an earlier one is left out; at their ends they
     /// hold.
     pub animations: Vec<Animation>,
+    /// The names of the file's variants: sets of materials of which one can be chosen when it is read.
+    pub variants: Vec<String>,
+    /// The variant whose materials the primitives have; without one they have the file's default materials.
+    pub variant: Option<String>,
     /// Materials that primitives name.
     pub materials: Vec<Material>,
     /// Textures that materials name.

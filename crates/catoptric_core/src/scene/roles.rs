@@ -5,6 +5,9 @@ use super::{AlphaMode, Blend, Material, Model, PoseOptions, Role, Scene};
 use crate::error::SceneError;
 use globset::{Glob, GlobMatcher};
 
+/// Names that a message lists, at most.
+const MAX_LISTED: usize = 40;
+
 /// A name of nodes or materials, or a glob with `*`, `?`, `[...]`, `{a,b}`.
 #[derive(Clone, Debug)]
 pub(super) struct NamePattern {
@@ -242,12 +245,18 @@ impl<'a> MaterialRules<'a> {
 
     /// The error about a name that nothing has; the field of the file is empty for names that the user gives beyond it.
     pub(super) fn unknown(&self, kind: &'static str, name: &str, field: &str, scene: &Scene) -> Result<(), SceneError> {
-        let unknown = SceneError::Unknown { kind, name: name.into(), known: self.names(kind, scene) };
+        let names = self.names(kind, scene);
+        let listed = match names.len() {
+            0 => "none with a name; `*` is all of them".into(),
+            1..=MAX_LISTED => names.join(", "),
+            _ => names[..MAX_LISTED].join(", ") + ", ...",
+        };
+        let unknown = SceneError::unknown(kind, name, names, listed);
         if field.is_empty() { Err(unknown) } else { Err(self.model.invalid(field, unknown.to_string())) }
     }
 
     /// The names of a kind that rules can match, for messages.
-    fn names(&self, kind: &str, scene: &Scene) -> String {
+    fn names<'s>(&'s self, kind: &str, scene: &'s Scene) -> Vec<&'s str> {
         let mut names: Vec<&str> = scene.objects.iter().map(|object| object.name.as_str()).collect();
         if kind != "node" {
             names.extend(self.model.materials.iter().map(|material| material.name.as_str()));
@@ -255,13 +264,6 @@ impl<'a> MaterialRules<'a> {
         names.retain(|name| !name.is_empty());
         names.sort_unstable();
         names.dedup();
-        if names.is_empty() {
-            return "none with a name; `*` is all of them".into();
-        }
-        let mut known = names[..names.len().min(40)].join(", ");
-        if names.len() > 40 {
-            known.push_str(", ...");
-        }
-        known
+        names
     }
 }

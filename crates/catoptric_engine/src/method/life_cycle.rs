@@ -34,6 +34,38 @@ impl Family {
     }
 }
 
+/// What to know of a method before choosing it, in sentences without their capital letter and full stop.
+#[derive(Debug)]
+pub struct About {
+    /// The method's README, which begins with its idea.
+    pub readme: &'static str,
+    /// The parts of a picture that it draws, and how.
+    pub draws: &'static str,
+    /// The time and memory that it takes, before and in each frame.
+    pub costs: &'static str,
+    /// The faults that its pictures are known to have.
+    pub cannot: &'static str,
+    /// The names of those settings that change most.
+    pub useful: &'static [&'static str],
+}
+
+impl About {
+    /// The idea of the method: the paragraph of its README that begins with that word, as plain text of one line.
+    pub fn idea(&self) -> String {
+        let paragraph = self.readme.split("**Idea.** ").nth(1).and_then(|rest| rest.split("\n\n").next());
+        let text = paragraph.unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+        let mut plain = String::new();
+        for (index, part) in text.split('[').enumerate() {
+            match part.split_once("](").and_then(|(name, rest)| Some((name, rest.split_once(')')?.1))) {
+                Some((name, rest)) if index > 0 => plain.extend([name, rest]),
+                _ if index > 0 => plain.extend(["[", part]),
+                _ => plain.push_str(part),
+            }
+        }
+        plain
+    }
+}
+
 /// A method's name, abilities and declarations.
 #[derive(Debug)]
 pub struct MethodInfo {
@@ -47,6 +79,8 @@ pub struct MethodInfo {
     pub paper: &'static str,
     /// The conditions under which its pictures are right.
     pub assumptions: &'static str,
+    /// The words that explain it.
+    pub about: About,
     /// Runs on the CPU.
     pub cpu: bool,
     /// Runs on GPUs, too, by the crate `catoptric_gpu`, in programs that are built with it.

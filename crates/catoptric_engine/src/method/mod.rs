@@ -12,7 +12,7 @@ pub mod reflector_maps;
 pub mod report;
 mod settings;
 
-pub use life_cycle::{Family, Frame, Method, MethodInfo, Prepared};
+pub use life_cycle::{About, Family, Frame, Method, MethodInfo, Prepared};
 pub use report::{Choice, Job, Quality, Report};
 pub use settings::{
     ChoiceSpec, Limits, SettingInfo, SettingKind, SettingSpec, SettingValue, Settings, setting_value, within,

@@ -2,7 +2,7 @@
 //! the reading from `key = value` tables with errors that list the allowed values, the texts for users, and the part of
 //! a bake's identity.
 
-use crate::error::RenderError;
+use crate::error::{RenderError, did_you_mean};
 use serde::{Serialize, de::DeserializeOwned};
 use toml::{Table, Value};
 
@@ -321,7 +321,10 @@ fn check_kinds(schema: &[SettingSpec], table: &Table) -> Result<(), String> {
             let known: Vec<String> = schema.iter().map(|spec| format!("`{}`", spec.name)).collect();
             return Err(match known.is_empty() {
                 true => format!("there is no setting `{name}`; it has none"),
-                false => format!("there is no setting `{name}`; there are: {}", known.join(", ")),
+                false => {
+                    let hint = did_you_mean(name, schema.iter().map(|spec| spec.name));
+                    format!("there is no setting `{name}`{hint}; there are: {}", known.join(", "))
+                }
             });
         };
         spec.check_kind(value)?;

@@ -21,7 +21,7 @@ use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::lookup_shader::{draw, shown_paths};
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
-use catoptric_engine::method::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use catoptric_engine::method::{About, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use std::sync::Arc;
 
 /// Description of the method in the registry.
@@ -32,6 +32,15 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Blinn, Newell 1976, Texture and reflection in computer generated images; Greene 1986; \
             parallax correction: Lagarde, Zanuttini 2012",
     assumptions: "the surround is infinitely far, or lies on a box or sphere; one reflection, one refraction",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "the scene by its triangles; mirrors and glass by one look-up a ray in a cube map of their surroundings",
+        costs: "the surroundings of each reflector are captured beforehand, anew for each further order; frames are \
+            cheap then, whatever the scene",
+        cannot: "near things appear in the wrong place and size, no reflector shows itself, and glass refracts once, \
+            as if filled to infinity",
+        useful: &["parallax", "size", "source"],
+    },
     cpu: true,
     gpu: true,
     bake: None,

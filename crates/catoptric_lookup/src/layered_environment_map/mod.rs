@@ -27,7 +27,9 @@ use catoptric_core::scene::{Scene, View};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
-use catoptric_engine::method::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, report};
+use catoptric_engine::method::{
+    About, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings, report,
+};
 use catoptric_engine::raster::{self, DrawList};
 use inference::Inference;
 use layer_numbers::LayerNumbers;
@@ -49,6 +51,16 @@ pub static INFO: MethodInfo = MethodInfo {
         layered \
             environment maps",
     assumptions: "what is around a group of reflectors lies on a few simple shells; two paths a pixel",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "reflectors and glass by rays that meet them alone; what is around them by look-ups in the textures \
+            of a few layers",
+        costs: "the layers' textures are captured beforehand, or once by `catoptric bake`, which takes long for many \
+            layers; then rays meet little geometry",
+        cannot: "parts that are hidden from the middle of a group are missing, things between its members are \
+            smeared, and magnified textures are blurred",
+        useful: &["layers", "size", "shells", "textures"],
+    },
     cpu: true,
     gpu: true,
     bake: Some(|table, scene, quality| {

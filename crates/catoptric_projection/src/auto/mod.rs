@@ -19,7 +19,9 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::light::bodies::bodies_meet;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
-use catoptric_engine::method::{Choice, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use catoptric_engine::method::{
+    About, Choice, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings,
+};
 use catoptric_engine::raster::DrawList;
 use std::sync::Arc;
 
@@ -34,6 +36,15 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "flat mirrors by mirrored copies of the scene, everything else by multiperspective rasterisation",
     paper: "this project",
     assumptions: "none beyond those of the reference; analytic surfaces are seen in reflectors by their triangles",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "everything: flat mirrors by mirrored copies of the scene, curved mirrors and glass by tiles, deep \
+            paths in glass by rays of its own",
+        costs: "nothing beforehand; a frame of 16 samples takes a fifth to a twelfth of the reference's time, with \
+            fewer samples less is gained",
+        cannot: "edges in curved mirrors and glass may be off by accuracy_px",
+        useful: &["accuracy_px"],
+    },
     cpu: true,
     gpu: true,
     bake: None,

@@ -20,7 +20,7 @@ use crate::draw::prepared::ProjectionMethod;
 use crate::draw::work_limit::WorkLimit;
 use crate::find::virtual_objects::{Options, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod, map_size};
 use catoptric_core::scene::{Scene, View};
-use catoptric_engine::method::{Family, MethodInfo, Settings};
+use catoptric_engine::method::{About, Family, MethodInfo, Settings};
 use locator::Finder;
 
 /// Description of the method.
@@ -32,6 +32,15 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Ofek, Rappoport 1998, Interactive reflections on curved objects",
     assumptions: "reflectors are finely tessellated; the spheres about them hold nothing but them; \
         answers are approximate",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "every object as a virtual mesh in each mirror or lens that shows it; what takes too much work by tiles",
+        costs: "maps of each reflector and the virtual meshes for every view; reflectors in which rays cross often \
+            are drawn by tiles, as the work of a frame ends before",
+        cannot: "rims of caustics are ragged, glass balls have a thin dark ring at order 2, and nothing may stand \
+            inside a lens",
+        useful: &["preset", "variant", "spheres"],
+    },
     cpu: true,
     gpu: true,
     bake: None,

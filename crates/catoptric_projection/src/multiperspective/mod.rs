@@ -17,7 +17,7 @@ use catoptric_core::scene::{Scene, View};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
-use catoptric_engine::method::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use catoptric_engine::method::{About, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric_engine::raster::{self, DrawList};
 use std::sync::Arc;
 
@@ -28,6 +28,14 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "each tile of a reflector's picture finds the triangles that its bundle of rays sees, and draws them",
     paper: "this project; after Mei, Popescu, Sacks 2007 and Yu, Yu, McMillan 2009",
     assumptions: "none beyond those of the reference; analytic surfaces are seen in reflectors by their triangles",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "all mirrors and glass by tiles of their pixels, each with the triangles that its rays see; single \
+            rays at rims",
+        costs: "nothing beforehand and nothing kept from frame to frame; a frame costs what its reflecting pixels cost",
+        cannot: "edges may be off by accuracy_px where a bundle misses its rays, and wide lobes are noisy at rims",
+        useful: &["accuracy_px", "model"],
+    },
     cpu: true,
     gpu: true,
     bake: None,

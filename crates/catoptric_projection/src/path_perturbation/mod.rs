@@ -19,7 +19,7 @@ use catoptric_core::math::Aabb;
 use catoptric_core::scene::{PreciseView, Scene, View};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::tracer::Tracer;
-use catoptric_engine::method::{Family, MethodInfo, Quality, Report, Settings};
+use catoptric_engine::method::{About, Family, MethodInfo, Quality, Report, Settings};
 use far_objects::{FarBounds, FarObjects};
 use glam::Vec3;
 use project::{Perturber, rule};
@@ -34,6 +34,14 @@ pub static INFO: MethodInfo = MethodInfo {
         where vertices appear",
     paper: "Chen, Arvo 2000, Perturbation methods for interactive specular reflections",
     assumptions: "reflectors and lenses are smooth; reflections smaller than the finest sample spacing can be missed",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "every object as a virtual mesh in each mirror or lens that shows it; what takes too much work by tiles",
+        costs: "a map of traced rays and the virtual meshes for every view: a first picture can take as long as the \
+            reference with 16 samples",
+        cannot: "reflections smaller than finest_px can be missed, and appearances can end a little before a fold",
+        useful: &["spacing_px", "polish", "expansion", "accuracy_px"],
+    },
     cpu: true,
     gpu: true,
     bake: None,

@@ -25,7 +25,7 @@ use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::path_query::PathSearch;
 use catoptric_engine::method::projector::{MAX_BOUNCES, VertexProjector};
-use catoptric_engine::method::{Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings, report};
+use catoptric_engine::method::{About, Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings, report};
 use catoptric_engine::raster::{self, DrawList};
 use glam::DVec3;
 use path_search::MirrorSearch;
@@ -43,6 +43,14 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "flat mirrors: the scene mirrored in each, clipped and stencilled, mirrors in mirrors to any order",
     paper: "Diefenbach, Badler 1997, Multi-pass pipeline rendering: realism for dynamic environments",
     assumptions: "reflectors are flat or have at most 64 flat faces; curved ones and lenses are drawn black",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "flat mirrors, and mirrors in mirrors, by one mirrored copy of the scene each",
+        costs: "nothing beforehand; a pass over the scene's triangles for every copy, of which mirrors in mirrors \
+            need many",
+        cannot: "curved reflectors and lenses are black; copies beyond max_lists are left out and counted",
+        useful: &["max_lists"],
+    },
     cpu: true,
     gpu: true,
     bake: None,

@@ -19,7 +19,7 @@ use crate::find::virtual_objects::{
 };
 use catoptric_core::parallel;
 use catoptric_core::scene::{Scene, View};
-use catoptric_engine::method::{Family, MethodInfo, Settings};
+use catoptric_engine::method::{About, Family, MethodInfo, Settings};
 use image::ReflectorImage;
 use locator::ReflectorSearch;
 use std::sync::Arc;
@@ -32,6 +32,14 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Estalella, Martin, Drettakis, Tost 2006, A GPU-driven algorithm for accurate \
         interactive reflections on curved objects",
     assumptions: "reflectors are finely tessellated and smooth between creases; answers are approximate",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "every object as a virtual mesh in each mirror or lens that shows it; what takes too much work by tiles",
+        costs: "a picture of each reflector for every view (images=cube: once), and a search in it for every vertex",
+        cannot: "silhouettes of reflectors that are not convex are ragged by up to piece_px, and of appearances close \
+            to each other one can be missed",
+        useful: &["images", "map_size", "refine", "polish"],
+    },
     cpu: true,
     gpu: true,
     bake: None,

@@ -35,7 +35,7 @@ use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::projector::SpecularPath;
-use catoptric_engine::method::{Family, MethodInfo, Quality, Report, Settings};
+use catoptric_engine::method::{About, Family, MethodInfo, Quality, Report, Settings};
 use morph::{Morphing, NodesWork};
 use project::CameraProjector;
 use rays::grid::{RayGrid, RaySampler};
@@ -50,6 +50,15 @@ pub static INFO: MethodInfo = MethodInfo {
         show where vertices appear",
     paper: "Popescu, Sacks, Mei 2006, Sample-based cameras for fast accurate reflections",
     assumptions: "reflections smaller than the spacing of the ray map can be missed",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "every object as a virtual mesh in each mirror or lens that shows it; what takes too much work by tiles",
+        costs: "a dense map of rays and its cameras for every view (mode=morph: kept at the nodes of a grid, which \
+            can be baked); around caustics first pictures take seconds",
+        cannot: "reflections smaller than the spacing of the map, and narrow parts of large triangles in corners of \
+            flat mirrors, can be missed",
+        useful: &["preset", "accuracy_px", "mode", "downsampling"],
+    },
     cpu: true,
     gpu: true,
     bake: Some(|table, scene, quality| {

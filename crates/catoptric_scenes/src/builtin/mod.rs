@@ -55,8 +55,9 @@ pub fn all() -> &'static [BuiltinInfo] {
 /// twice or outside its range; the message lists the allowed values.
 pub fn load(name: &str, parameters: &[(&str, &str)]) -> Result<Model, SceneError> {
     let Some(info) = all().iter().find(|info| info.name == name) else {
-        let known = all().iter().map(|info| info.name).collect::<Vec<_>>().join(", ");
-        return Err(SceneError::Unknown { kind: "built-in scene", name: name.into(), known });
+        let known: Vec<&str> = all().iter().map(|info| info.name).collect();
+        let listed = known.join(", ");
+        return Err(SceneError::unknown("built-in scene", name, known, listed));
     };
     let values = Values::new(name, info.parameters, parameters)?;
     Ok((info.build)(&values.spec(name), &values))

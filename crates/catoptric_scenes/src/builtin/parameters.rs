@@ -1,6 +1,6 @@
 //! Parameters of built-in scenes: the allowed and the checked values.
 
-use catoptric_core::error::SceneError;
+use catoptric_core::error::{SceneError, did_you_mean};
 use catoptric_core::scene::{Attenuation, Blend};
 use glam::Vec3;
 
@@ -122,7 +122,8 @@ impl<'a> Values<'a> {
         for (key, value) in given {
             let Some(index) = infos.iter().position(|info| info.name == *key) else {
                 let known: Vec<String> = infos.iter().map(|info| format!("{} ({})", info.name, info.allowed)).collect();
-                return Err(invalid(key, format!("no such parameter; there are: {}", known.join(", "))));
+                let hint = did_you_mean(key, infos.iter().map(|info| info.name));
+                return Err(invalid(key, format!("no such parameter{hint}; there are: {}", known.join(", "))));
             };
             let allowed = infos[index].allowed;
             if !allowed.accepts(value) {

@@ -68,6 +68,12 @@ pub(super) fn append(model: &mut Model, other: Model) {
     model.blends.splice(0..0, other.blends);
     model.looks.splice(0..0, other.looks);
     model.moves.splice(0..0, other.moves);
+    for name in other.variants {
+        if !model.variants.contains(&name) {
+            model.variants.push(name);
+        }
+    }
+    model.variant = model.variant.take().or(other.variant);
     model.warnings.extend(other.warnings);
 }
 

@@ -35,17 +35,39 @@ const KINDS: &str = ".glb, .gltf, .obj, .ply, .stl and .toml";
 /// # Errors
 /// [`SceneError`] when the file or one that it names cannot be read, is broken, or needs something unknown.
 pub fn load(path: &Path) -> Result<Model, SceneError> {
-    finished(match extension(path).as_str() {
-        "toml" => toml_scene::load(path),
-        _ => load_as_it_stands(path),
-    }?)
+    load_as(path, None)
+}
+
+/// The same with the materials of the variant of this name (KHR_materials_variants), over one that a scene file
+/// chooses.
+///
+/// # Errors
+/// As [`load`]; also [`SceneError::Unknown`] when no file of the scene has that variant.
+pub fn load_as(path: &Path, variant: Option<&str>) -> Result<Model, SceneError> {
+    let model = finished(match extension(path).as_str() {
+        "toml" => toml_scene::load_as(path, variant),
+        _ => load_as_it_stands(path, variant),
+    }?)?;
+    match variant {
+        Some(wanted) if model.variant.is_none() => Err(unknown_variant(&model, wanted)),
+        _ => Ok(model),
+    }
+}
+
+/// The error about a variant that a model does not have.
+fn unknown_variant(model: &Model, wanted: &str) -> SceneError {
+    let listed = match model.variants.is_empty() {
+        true => "none in this scene".into(),
+        false => model.variants.join(", "),
+    };
+    SceneError::unknown("variant", wanted, model.variants.iter().map(String::as_str), listed)
 }
 
 /// The same of a file that is no `.toml` scene, wherever it lies.
-fn load_as_it_stands(path: &Path) -> Result<Model, SceneError> {
+fn load_as_it_stands(path: &Path, variant: Option<&str>) -> Result<Model, SceneError> {
     let name = path.display().to_string();
     check_kind(&name)?;
-    parse(&name, &files::read(path, files::MAX_SCENE_BYTES)?, &Folder::of(path))
+    parse(&name, &files::read(path, files::MAX_SCENE_BYTES)?, &Folder::of(path), variant)
 }
 
 /// Reads a scene from memory, by the extension of its name; `resolver` finds the files that it names.
@@ -53,18 +75,18 @@ fn load_as_it_stands(path: &Path) -> Result<Model, SceneError> {
 /// # Errors
 /// As [`load`].
 pub fn load_bytes(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
-    check_kind(name)?;
-    finished(parse(name, bytes, resolver)?)
+    finished(parse(name, bytes, resolver, None)?)
 }
 
-fn parse(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
+fn parse(name: &str, bytes: &[u8], resolver: &dyn Resolver, variant: Option<&str>) -> Result<Model, SceneError> {
+    check_kind(name)?;
     files::refuse_foreign(name, bytes)?;
     match extension(Path::new(name)).as_str() {
         "obj" => obj::from_slice(name, bytes, resolver),
         "ply" => mesh_file::ply::from_slice(name, bytes),
         "stl" => mesh_file::stl::from_slice(name, bytes),
         "toml" => toml_scene::from_slice(name, bytes, resolver),
-        _ => gltf_from(name, bytes, resolver),
+        _ => gltf_from(name, bytes, resolver, variant),
     }
 }
 
@@ -93,10 +115,10 @@ fn check_kind(name: &str) -> Result<(), SceneError> {
 }
 
 #[cfg(feature = "gltf")]
-use gltf::from_slice as gltf_from;
+use gltf::from_slice_as as gltf_from;
 
 #[cfg(not(feature = "gltf"))]
-fn gltf_from(name: &str, _: &[u8], _: &dyn Resolver) -> Result<Model, SceneError> {
+fn gltf_from(name: &str, _: &[u8], _: &dyn Resolver, _: Option<&str>) -> Result<Model, SceneError> {
     Err(SceneError::Unsupported {
         file: name.into(),
         feature: "glTF".into(),

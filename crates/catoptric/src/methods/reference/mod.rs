@@ -7,7 +7,7 @@ mod settings;
 pub use settings::{Paths, ReferenceSettings, SamplePlacement};
 
 use super::bake::Baked;
-use super::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use super::{About, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::{EdgeSamples, Framebuffer};
 use catoptric_core::math::random;
@@ -33,6 +33,15 @@ pub static INFO: MethodInfo = MethodInfo {
     paper: "Whitted 1980, An improved illumination model for shaded display; \
             two-path model: Hakura, Snyder 2001, section 3",
     assumptions: "none beyond perfect mirrors, smooth dielectrics and shadowless shading",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "every pixel by rays: mirrors, glass and rough surfaces, all paths up to the order, analytic surfaces \
+            exactly",
+        costs: "every sample follows its paths through the whole scene, so it is the slowest with many samples; it \
+            takes any number of them",
+        cannot: "light that diffuse surfaces scatter onto each other, and caustics, are left out",
+        useful: &["paths", "rough_rays", "seed"],
+    },
     cpu: true,
     gpu: false,
     bake: None,

@@ -1,6 +1,6 @@
 //! The recipe of a plan: how its work is made again, on this machine or another.
 
-use crate::args::{BakeWhatArgs, Shadows};
+use crate::args::{BakeWhatArgs, ChoiceArgs, Shadows};
 use crate::drawing::Moment;
 use crate::failure::Failure;
 use crate::scene_source::{self, RoleWord};
@@ -25,6 +25,9 @@ pub(super) struct Recipe {
     environment: Option<PathBuf>,
     roles: Vec<RoleWord>,
     time: f32,
+    /// Older plans have none.
+    #[serde(default)]
+    choice: ChoiceArgs,
     /// Plans of before there were shadows have none.
     #[serde(default)]
     shadows: bool,
@@ -62,6 +65,7 @@ impl Recipe {
             }),
             roles: scene_source::role_words(&args.scene, options),
             time: args.scene.pose.time,
+            choice: args.scene.pose.choice.clone(),
             shadows: args.scene.shadows == Shadows::On,
             method: args.method.clone(),
             settings,
@@ -72,7 +76,8 @@ impl Recipe {
     /// Loads the model, with what it is posed by.
     pub(super) fn model(&self) -> Result<(Model, Moment), Failure> {
         let roles = scene_source::rules(&self.roles)?;
-        let model = scene_source::load(&self.scene, self.environment.as_deref(), !roles.is_empty())?;
+        let mut model = scene_source::load(&self.scene, &self.choice, self.environment.as_deref(), !roles.is_empty())?;
+        scene_source::choose_animation(&self.choice, &mut model)?;
         let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
         Ok((model, (roles, shadows, self.time)))
     }

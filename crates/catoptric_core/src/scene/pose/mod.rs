@@ -6,7 +6,7 @@ mod pieces;
 mod plates;
 
 use super::edits::{LookRule, MoveRule};
-use super::model::{AnalyticAsset, LocalTransform, Model, Node, Primitive, Skin};
+use super::model::{AnalyticAsset, Animation, LocalTransform, Model, Node, Primitive, Skin};
 use super::roles::{MaterialRules, RoleRule, Winners};
 use super::{Camera, Light, Object, Role, Scene};
 use crate::error::SceneError;
@@ -162,8 +162,21 @@ impl Model {
 
     /// The last time of any animation key, in seconds; 0 without animations.
     pub fn duration(&self) -> f32 {
-        let channels = self.animations.iter().flat_map(|animation| &animation.channels);
-        channels.filter_map(|channel| channel.times.last().copied()).fold(0.0, f32::max)
+        self.animations.iter().map(Animation::duration).fold(0.0, f32::max)
+    }
+
+    /// The indices of the animations that play: all but those with a target of one before.
+    pub fn playing(&self) -> Vec<usize> {
+        let mut driven = HashSet::new();
+        let plays = |(index, animation): (usize, &Animation)| {
+            let targets = || animation.channels.iter().map(|channel| (channel.node, channel.values.property()));
+            let is_free = !targets().any(|target| driven.contains(&target));
+            if is_free {
+                driven.extend(targets());
+            }
+            is_free.then_some(index)
+        };
+        self.animations.iter().enumerate().filter_map(plays).collect()
     }
 
     fn animated(&self, time: f32) -> Result<Vec<NodeState>, SceneError> {
@@ -173,14 +186,8 @@ impl Model {
             .iter()
             .map(|node| (!node.morph_weights.is_empty()).then(|| node.morph_weights.clone()))
             .collect();
-        let mut driven: HashMap<(usize, u8), usize> = HashMap::new();
-        for (index, animation) in self.animations.iter().enumerate() {
-            let targets = || animation.channels.iter().map(|c| (c.node, c.values.property()));
-            if targets().any(|target| driven.get(&target).is_some_and(|&by| by != index)) {
-                continue;
-            }
-            driven.extend(targets().map(|target| (target, index)));
-            for channel in &animation.channels {
+        for index in self.playing() {
+            for channel in &self.animations[index].channels {
                 let Some(local) = parts.get_mut(channel.node) else {
                     let field = format!("animations[{index}].channels");
                     return Err(SceneError::invalid(&self.name, field, "a target is no node"));

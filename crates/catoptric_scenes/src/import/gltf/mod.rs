@@ -15,6 +15,7 @@ mod nodes;
 mod schema;
 mod source;
 mod textures;
+mod variants;
 
 pub(super) use codec::ktx2::{decode as decode_ktx2, dimensions as ktx2_dimensions, is_ktx2};
 
@@ -32,8 +33,26 @@ use textures::TextureSet;
 /// # Errors
 /// [`SceneError`] that names the field when the file is broken, too large, or needs an unknown extension.
 pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
+    from_slice_as(name, bytes, resolver, None)
+}
+
+/// The same with the materials of the variant of this name, where the file has it.
+///
+/// # Errors
+/// As [`from_slice`].
+pub fn from_slice_as(
+    name: &str,
+    bytes: &[u8],
+    resolver: &dyn Resolver,
+    variant: Option<&str>,
+) -> Result<Model, SceneError> {
     let parts = container::split(name, bytes)?;
-    let document = schema::parse(name, parts.json)?;
+    let mut document = schema::parse(name, parts.json)?;
+    let variants = variants::names(name, &document)?;
+    let chosen = variant.and_then(|wanted| variants.iter().position(|known| known == wanted));
+    if let Some(index) = chosen {
+        variants::choose(name, &mut document, index)?;
+    }
     let source = Source::new(name, &document, bytes.len(), parts.binary, resolver);
     if !parts.is_aligned {
         source.warn("GLB container: a chunk does not fill whole words of 4 bytes");
@@ -42,6 +61,8 @@ pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<M
     let mut model = Importer::new(&source)?.run()?;
     check::warn_of_faults(&source);
     model.warnings = source.into_warnings();
+    model.variant = chosen.map(|index| variants[index].clone());
+    model.variants = variants;
     Ok(model)
 }
 

@@ -149,6 +149,10 @@ schema! {
     }
     Spot { inner_cone_angle: f32, outer_cone_angle: Option<f32>, }
     Lights { lights: Vec<Light>, }
+    Variants { variants: Vec<Variant>, }
+    Variant { name: String, }
+    VariantMappings { mappings: Vec<VariantMapping>, }
+    VariantMapping { material: Option<usize>, variants: Vec<usize>, }
     LightReference { light: Option<usize>, }
     TextureTransform { offset: [f32; 2], rotation: f32, scale: Option<[f32; 2]>, tex_coord: Option<u32>, }
     Visibility { visible: Option<bool>, }

@@ -1,6 +1,6 @@
 //! Typed access to the keys of a TOML table, with errors that name the line.
 
-use catoptric_core::error::SceneError;
+use catoptric_core::error::{SceneError, did_you_mean};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -144,10 +144,12 @@ impl<'t, 'i> Keys<'t, 'i> {
     /// Ends the table: every key that was not taken is unknown.
     pub(super) fn finish(self) -> Result<(), SceneError> {
         let known = self.known.join(", ");
-        let (text, prefix) = (self.text, self.prefix.clone());
+        let (text, prefix, names) = (self.text, self.prefix.clone(), self.known.clone());
         match self.rest().first() {
             Some((key, begin, _)) => {
-                Err(text.invalid(*begin, &format!("{prefix}{key}"), format!("unknown key; known are: {known}")))
+                let hint = did_you_mean(key, names);
+                let problem = format!("unknown key{hint}; known are: {known}");
+                Err(text.invalid(*begin, &format!("{prefix}{key}"), problem))
             }
             None => Ok(()),
         }

@@ -28,6 +28,8 @@ pub struct SceneFile {
     pub gltf: Vec<String>,
     /// Name of the environment's picture, relative to this file.
     pub environment: Option<String>,
+    /// The variant of materials that the glTF files are read with, and the base.
+    pub variant: Option<String>,
     /// Everything that stands in the file itself: reflectors, lights, camera, roles, blends, region and settings.
     pub model: Model,
 }
@@ -43,18 +45,24 @@ const MAX_BASES: u32 = 8;
 /// # Errors
 /// [`SceneError`] when a file cannot be read or something in one is wrong; the message names the line.
 pub fn load(path: &Path) -> Result<Model, SceneError> {
-    load_nested(path, 0)
+    load_as(path, None)
 }
 
-fn load_nested(path: &Path, depth: u32) -> Result<Model, SceneError> {
+/// The same with the materials of a variant, in place of the one that the file chooses.
+pub(super) fn load_as(path: &Path, variant: Option<&str>) -> Result<Model, SceneError> {
+    load_nested(path, 0, variant)
+}
+
+fn load_nested(path: &Path, depth: u32, wanted: Option<&str>) -> Result<Model, SceneError> {
     let file = parse(&path.display().to_string(), &files::read_text(path, MAX_SCENE_BYTES)?)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let base = |name: &str| match super::extension(Path::new(name)).as_str() {
-        "toml" => load_nested(&folder.join(name), depth + 1),
-        _ => super::load(&folder.join(name)),
+    let base = |name: &str, variant: Option<&str>| match super::extension(Path::new(name)).as_str() {
+        "toml" => load_nested(&folder.join(name), depth + 1, variant),
+        _ => super::finished(super::load_as_it_stands(&folder.join(name), variant)?),
     };
+    let gltf = |name: &str, variant: Option<&str>| super::load_as_it_stands(&folder.join(name), variant);
     let environment = |name: &str| super::load_environment(&folder.join(name));
-    complete(file, depth, &base, &|name| super::load_as_it_stands(&folder.join(name)), &environment)
+    complete(file, (depth, wanted), &base, &gltf, &environment)
 }
 
 /// Reads a scene file from memory; `name` is for messages, `resolver` finds the files that it names.
@@ -62,21 +70,26 @@ fn load_nested(path: &Path, depth: u32) -> Result<Model, SceneError> {
 /// # Errors
 /// As [`load`].
 pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Model, SceneError> {
-    nested_from(name, bytes, resolver, 0)
+    nested_from(name, bytes, resolver, (0, None))
 }
 
-fn nested_from(name: &str, bytes: &[u8], resolver: &dyn Resolver, depth: u32) -> Result<Model, SceneError> {
+fn nested_from(
+    name: &str,
+    bytes: &[u8],
+    resolver: &dyn Resolver,
+    (depth, wanted): (u32, Option<&str>),
+) -> Result<Model, SceneError> {
     let file = parse(name, files::text(name, bytes)?)?;
-    let base = |name: &str| {
+    let base = |name: &str, variant: Option<&str>| {
         let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
         let (bytes, within) = (resolver.read(name, MAX_SCENE_BYTES)?, Within { folder, resolver });
         match super::extension(Path::new(name)).as_str() {
-            "toml" => nested_from(name, &bytes, &within, depth + 1),
-            _ => super::load_bytes(name, &bytes, &within),
+            "toml" => nested_from(name, &bytes, &within, (depth + 1, variant)),
+            _ => super::finished(super::parse(name, &bytes, &within, variant)?),
         }
     };
     let environment = |name: &str| super::environment_from(name, &resolver.read(name, MAX_SCENE_BYTES)?);
-    complete(file, depth, &base, &base, &environment)
+    complete(file, (depth, wanted), &base, &base, &environment)
 }
 
 /// A folder among the files that another resolver finds.
@@ -97,34 +110,49 @@ impl Resolver for Within<'_> {
 /// Reads a file by its name relative to the scene file.
 type Load<'a, T> = &'a dyn Fn(&str) -> Result<T, SceneError>;
 
-/// The model of a scene file with the files that it names.
+/// Reads a model by its name relative to the scene file, with the materials of a variant.
+type LoadModel<'a> = &'a dyn Fn(&str, Option<&str>) -> Result<Model, SceneError>;
+
+/// The model of a scene file, with the files that it names and the variant that is wanted over the file's own.
 fn complete(
     file: SceneFile,
-    depth: u32,
-    base: Load<'_, Model>,
-    gltf: Load<'_, Model>,
+    (depth, wanted): (u32, Option<&str>),
+    base: LoadModel<'_>,
+    gltf: LoadModel<'_>,
     environment: Load<'_, Environment>,
 ) -> Result<Model, SceneError> {
-    let SceneFile { base: base_name, gltf: names, environment: light, mut model } = file;
+    let SceneFile { base: base_name, gltf: names, environment: light, variant: own, mut model } = file;
+    let variant = wanted.or(own.as_deref());
     for (index, name) in names.iter().enumerate() {
-        let loaded = gltf(name).map_err(|error| model.invalid(&format!("gltf[{index}]"), error.to_string()))?;
+        let loaded =
+            gltf(name, variant).map_err(|error| model.invalid(&format!("gltf[{index}]"), error.to_string()))?;
         super::merge::append(&mut model, loaded);
     }
     if let Some(name) = light {
         let loaded = environment(&name).map_err(|error| model.invalid("environment", error.to_string()))?;
         model.environment = Some(Arc::new(loaded));
     }
-    let Some(name) = base_name else { return Ok(model) };
+    let Some(name) = base_name else { return with_variant(model, wanted, own.as_deref()) };
     if depth >= MAX_BASES {
         return Err(model.invalid("base", format!("more than {MAX_BASES} files are the base of each other")));
     }
     let loaded = match name.strip_prefix("builtin:") {
         Some(spec) => builtin::parse(spec),
-        None => base(&name),
+        None => base(&name, variant),
     };
     let loaded = loaded.map_err(|error| model.invalid("base", error.to_string()))?;
     super::merge::append(&mut model, loaded);
-    Ok(model)
+    with_variant(model, wanted, own.as_deref())
+}
+
+/// The model, unless its file chooses a variant that none of its files has.
+fn with_variant(model: Model, wanted: Option<&str>, own: Option<&str>) -> Result<Model, SceneError> {
+    match own {
+        Some(own) if wanted.is_none() && model.variant.is_none() => {
+            Err(model.invalid("variant", super::unknown_variant(&model, own).to_string()))
+        }
+        _ => Ok(model),
+    }
 }
 
 /// Reads the text of a scene file without the files that it names; `name` is for messages.
@@ -146,6 +174,10 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
     }
     scene.gltf = read_gltf(source, &mut keys, lines)?;
     scene.environment = read_environment(source, &mut keys, lines)?;
+    if let Some(Located { begin, value }) = keys.string("variant")? {
+        lines.insert("variant".into(), source.line(begin));
+        scene.variant = Some(value);
+    }
     scene.model.cameras.extend(read_camera(source, &mut keys)?);
     read_reflectors(source, &mut keys, &mut scene.model)?;
     read_lights(source, &mut keys, &mut scene.model)?;

@@ -289,3 +289,33 @@ fn texture_indices_are_checked_even_where_unused() {
         with_material(json!({ field: { "index": 3 } })).assert_error(&format!("materials[0].{field}.index"));
     }
 }
+
+/// A triangle of material 0, which is material 1 in the first of two variants and is not mentioned by the second.
+pub(in super::super) fn with_variants() -> File {
+    let mut file = with_material(json!({ "name": "plain" }));
+    file.push("materials", json!({ "name": "gilt" }));
+    file.json["extensions"]["KHR_materials_variants"] = json!({ "variants": [{ "name": "Gold" }, { "name": "Bare" }] });
+    file.json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"] =
+        json!({ "mappings": [{ "material": 1, "variants": [0] }] });
+    file
+}
+
+#[test]
+fn a_variant_has_the_materials_that_its_mappings_name() {
+    let (json, binary) = (with_variants().json, with_variants().binary);
+    let read = |variant| {
+        let file = File { json: json.clone(), binary: binary.clone() };
+        from_slice_as("test.glb", &file.glb(), &NoFiles, variant).unwrap()
+    };
+    for (variant, material) in [(None, 0), (Some("Gold"), 1), (Some("Bare"), 0), (Some("Silver"), 0)] {
+        let model = read(variant);
+        assert_eq!(model.meshes[0].primitives[0].material, material, "{variant:?}");
+        assert_eq!(model.variants, ["Gold", "Bare"]);
+        assert_eq!(model.variant.as_deref(), variant.filter(|name| *name != "Silver"));
+    }
+    let mut broken = with_variants();
+    broken.json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"][0]["material"] =
+        json!(7);
+    let error = from_slice_as("test.glb", &broken.glb(), &NoFiles, Some("Gold")).unwrap_err().to_string();
+    assert!(error.contains("KHR_materials_variants.mappings[0].material"), "{error}");
+}

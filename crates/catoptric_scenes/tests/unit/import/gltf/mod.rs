@@ -15,7 +15,7 @@ mod textures;
 use catoptric_core::scene::model::Model;
 use catoptric_core::scene::{PoseOptions, Scene};
 use catoptric_scenes::import::NoFiles;
-use catoptric_scenes::import::gltf::from_slice;
+use catoptric_scenes::import::gltf::{from_slice, from_slice_as};
 use serde_json::{Value, json};
 
 pub(super) const I8: u32 = 5120;

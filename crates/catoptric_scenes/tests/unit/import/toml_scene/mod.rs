@@ -87,8 +87,8 @@ accuracy_px = 1.0
 
 #[test]
 fn everything_is_read() {
-    let SceneFile { base, gltf, environment, model } = parse("scene.toml", FULL).unwrap();
-    assert_eq!((base, gltf.len()), (None, 2));
+    let SceneFile { base, gltf, environment, variant, model } = parse("scene.toml", FULL).unwrap();
+    assert_eq!((base, gltf.len(), variant), (None, 2, None));
     assert_eq!(gltf, ["room.glb", "more/chairs.gltf"]);
     assert_eq!(environment.as_deref(), Some("sky.hdr"));
     let camera = &model.cameras[0];
@@ -143,7 +143,7 @@ fn reflectors_become_objects() {
 fn errors_name_the_line() {
     assert_error("a = \n", 1, "TOML");
     assert_error("\n\n[camera\n", 3, "TOML");
-    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: base, gltf, environment, camera");
+    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: base, gltf, environment, variant, camera");
     assert_error("gltf = \"room.glb\"\n", 1, "must be a list");
     assert_error("gltf = [\"room.glb\",\n\"room.obj\"]\n", 2, ".gltf");
     assert_error("gltf = [1]\n", 1, "gltf");
@@ -227,7 +227,10 @@ fn blends_are_given_by_name_and_the_last_one_wins() {
     assert_eq!(blend_of(rules).unwrap(), even(0.75));
     // Rules that match nothing, or no mirror, give a warning; unless this pose's own roles made them so.
     let problem = |text: &str| blend_of(text).unwrap_err().to_string();
-    assert!(problem("[blend.bell]\nfresnel = [0, 1]\n").contains("no node or material `bell`; there are: ball"));
+    assert!(
+        problem("[blend.bell]\nfresnel = [0, 1]\n")
+            .contains("no node or material `bell` (did you mean `ball`?); there are: ball")
+    );
     let glass = "[blend.ball]\nfresnel = [0, 1]\n[role]\nball = \"diffuse\"\n";
     assert!(problem(glass).contains("blend.ball: `ball` is not a mirror: give it the role \"reflector\""));
     let roles = vec![RoleRule::new("ball", Role::Lens, None).unwrap()];
@@ -258,7 +261,10 @@ fn moves_and_looks_are_given_by_name() {
     assert_eq!((glass.role_of(0), glass.material_of(0).ior), (Role::Lens, 1.7));
     assert_eq!(glass.material_of(0).base_color.truncate(), Vec3::new(0.5, 0.25, 1.0));
     let problem = |text: &str| posed(text).unwrap_err().to_string();
-    assert!(problem("[move]\nbell = [1, 0, 0]\n").contains("move.bell: there is no node `bell`; there are: ball"));
+    assert!(
+        problem("[move]\nbell = [1, 0, 0]\n")
+            .contains("move.bell: there is no node `bell` (did you mean `ball`?); there are: ball")
+    );
     assert!(problem("[material.bell]\nior = 2\n").contains("material.bell: there is no node or material `bell`"));
     assert_error("\n[move]\nball = 3\n", 3, "move.ball: must be a way");
     assert_error("[material.ball]\n", 1, "material.ball: says nothing");
@@ -419,7 +425,11 @@ fn what_is_found_out_later_names_the_line() {
     for rule in ["[role]\n'bal' = 'diffuse'\n", "[blend]\n[blend.bal]\nfresnel = [0.5, 0.5]\n"] {
         let model = read(&format!("{ball}{rule}"));
         let message = model.pose(&PoseOptions::default()).unwrap_err().to_string();
-        assert!(message.starts_with("scene.toml: line 7: ") && message.contains("`bal`; there are: ball"), "{message}");
+        assert!(
+            message.starts_with("scene.toml: line 7: ")
+                && message.contains("`bal` (did you mean `ball`?); there are: ball"),
+            "{message}"
+        );
     }
     let model = read("[method.reference]\nseed = 1\npaths = 'tree'\n");
     assert_eq!((model.lines["method.reference"], model.lines["method.reference.paths"]), (1, 3));
