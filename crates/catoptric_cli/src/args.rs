@@ -2,11 +2,15 @@
 
 mod choice;
 mod submit;
+mod tools;
+mod variables;
 
 pub(crate) use choice::ChoiceArgs;
 pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
 pub(crate) use submit::Engine;
+pub(crate) use tools::{DiffArgs, ExplainArgs, ViewerArgs};
+pub(crate) use variables::{from_variables, name_variable, with_variables};
 
 use crate::parse::{self, Exposure, FileOrStream, Order};
 use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
@@ -19,7 +23,10 @@ use std::time::Duration;
 /// against a ray-traced reference.
 #[derive(Parser)]
 #[command(name = "catoptric", version, max_term_width = 100, disable_help_flag = true, disable_version_flag = true)]
-#[command(after_help = "Example:\n  catoptric scenes\n  catoptric render SCENE -o picture.png")]
+#[command(after_help = "Example:\n  catoptric scenes\n  catoptric render SCENE -o picture.png\n\n\
+    Environment variables stand for options that are not given: CATOPTRIC_THREADS; of `render` and `compare` \
+    CATOPTRIC_SIZE, CATOPTRIC_SAMPLES, CATOPTRIC_ORDER, CATOPTRIC_BACKEND, CATOPTRIC_ADAPTER, CATOPTRIC_ENVIRONMENT, \
+    CATOPTRIC_EXPOSURE, CATOPTRIC_TONE; of `render` CATOPTRIC_METHOD.")]
 pub(crate) struct Cli {
     #[command(flatten)]
     pub(crate) global: Global,
@@ -106,15 +113,31 @@ pub(crate) enum Command {
         Object stores (s3://, gs://, az://) and the scripts of clusters (`submit`) are in programs with the feature \
         `cloud`, which is off by default: cargo install catoptric_cli --features cloud")]
     Bake(BakeArgs),
+    /// Measure how far two pictures differ
+    #[command(after_help = "Examples:\n  \
+        catoptric diff picture.png reference.png -o heat.png\n  \
+        catoptric diff new.exr old.exr --max-flip 0.01 --json\n\n\
+        FLIP is the difference that is seen when one picture flickers with the other, 0 to 1. Exit code 0: measured, \
+        3: more than --max-flip. Where one is linear (.exr) and the other is not, the linear one is made what \
+        `render` writes as .png, with --exposure 0 and --tone none.")]
+    Diff(DiffArgs),
     /// List the methods with their settings
     #[command(after_help = "Example:\n  catoptric methods --json")]
     Methods(JsonArgs),
+    /// Explain a method: its idea, costs, faults and most useful settings
+    #[command(after_help = "Example:\n  catoptric explain light_field")]
+    Explain(ExplainArgs),
     /// Show what is in a scene
     #[command(after_help = "Example:\n  catoptric info room.glb --reflector 'Mirror*'")]
     Info(InfoArgs),
     /// List the built-in scenes with their parameters
     #[command(after_help = "Example:\n  catoptric scenes --json")]
     Scenes(JsonArgs),
+    /// Open a scene in the viewer, a program of its own (`catoptric_viewer`)
+    #[command(after_help = "Example:\n  catoptric view room.glb --against reference\n\n\
+        The viewer is the file that the environment variable CATOPTRIC_VIEWER names, else the one beside this program, \
+        else the first on PATH. Exit codes are the viewer's.")]
+    View(ViewerArgs),
     /// Show what this machine offers
     #[command(after_help = "Example:\n  catoptric doctor")]
     Doctor(JsonArgs),
@@ -326,7 +349,7 @@ pub(crate) struct RenderArgs {
     #[arg(help_heading = "Output")]
     pub(crate) stats: Option<FileOrStream>,
     /// Write a picture that is white where the first surface is a reflector or lens (.png)
-    #[arg(long, value_name = "FILE", value_parser = parse::mask_path, help_heading = "Output")]
+    #[arg(long, value_name = "FILE", value_parser = parse::png_path, help_heading = "Output")]
     pub(crate) mask: Option<PathBuf>,
 }
 

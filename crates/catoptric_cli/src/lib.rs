@@ -15,7 +15,7 @@ mod settings;
 mod stats;
 mod terminal;
 
-use args::{Cli, Command, Global};
+use args::{Cli, Command, Global, from_variables, name_variable, with_variables};
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use failure::{Failure, Output, written};
 use std::ffi::OsString;
@@ -27,7 +27,7 @@ use terminal::Terminal;
 /// process: it listens for signals, prints, and sets the number of threads. Once a process.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let words: Vec<OsString> = words.into_iter().collect();
-    let matches = Cli::command().try_get_matches_from(&words);
+    let matches = with_variables(Cli::command()).try_get_matches_from(&words);
     let parsed = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {
         Ok(parsed) => parsed,
@@ -36,12 +36,23 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
     let options = matches.subcommand().map(|(_, options)| options.clone()).unwrap_or_default();
     match obey(&cli, &options, &words) {
         Ok(code) => ExitCode::from(code),
-        Err(failure) => failure.report(),
+        Err(failure) => {
+            let code = failure.report();
+            let variables = from_variables(&options);
+            if !variables.is_empty() {
+                failure::say(format_args!("note: options from environment variables: {}", variables.join(", ")));
+            }
+            code
+        }
     }
 }
 
 /// Prints the command line's help or fault.
 fn explain(message: &clap::Error) -> ExitCode {
+    if let Some(text) = name_variable(message) {
+        failure::say(text.trim_end());
+        return ExitCode::from(2);
+    }
     let printed = message.print().and_then(|()| std::io::stdout().flush());
     match written(printed) {
         Err(failure) if !message.use_stderr() => failure.report(),
@@ -59,6 +70,9 @@ fn obey(cli: &Cli, options: &ArgMatches, words: &[OsString]) -> Result<u8, Failu
         Command::Compare(args) => commands::compare::run(args, options, (words, &terminal))?,
         Command::Project(args) => commands::project::run(args, options, &terminal)?.into(),
         Command::Bake(args) => commands::bake::run(args, options, &terminal)?,
+        Command::Diff(args) => commands::diff::run(args, &terminal)?,
+        Command::Explain(args) => commands::methods::explain(args)?.into(),
+        Command::View(args) => commands::view::run(args)?,
         Command::Methods(args) => commands::methods::run(args)?.into(),
         Command::Info(args) => commands::info::run(args, options)?.into(),
         Command::Scenes(args) => commands::scenes::run(args)?.into(),

@@ -139,7 +139,14 @@ pub(crate) fn picture_path(text: &str) -> Result<FileOrStream, String> {
     }
 }
 
-pub(crate) fn mask_path(text: &str) -> Result<PathBuf, String> {
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("it must be a number from 0 to 1".into()),
+    }
+}
+
+pub(crate) fn png_path(text: &str) -> Result<PathBuf, String> {
     let path = stream::no_stream(PathBuf::from(text))?;
     match PictureFormat::from_path(&path) {
         Some(PictureFormat::Png) => Ok(path),
@@ -199,7 +206,9 @@ mod tests {
         assert_eq!(key_value("a = b=c"), Ok(("a".into(), "b=c".into())));
         assert!(key_value("a").is_err() && key_value("=a").is_err());
         assert!(picture_path("a.PNG").is_ok() && picture_path("a.jpg").is_err() && picture_path("png").is_err());
-        assert!(mask_path("a.exr").is_err());
+        assert!(
+            png_path("a.exr").is_err() && share("0.5") == Ok(0.5) && share("1.1").is_err() && share("nan").is_err()
+        );
         assert!(table_path("a.CSV").is_ok() && table_path("a.npy").is_ok() && table_path("csv").is_err());
         assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("40").is_ok());
     }

@@ -1,9 +1,9 @@
 //! `catoptric methods`: the registry.
 
 use super::pretty;
-use crate::args::JsonArgs;
+use crate::args::{ExplainArgs, JsonArgs};
 use crate::failure::Failure;
-use catoptric::methods::{MethodInfo, SettingInfo, all};
+use catoptric::methods::{About, MethodInfo, SettingInfo, all, find};
 
 #[derive(serde::Serialize)]
 struct MethodRow {
@@ -32,6 +32,13 @@ impl MethodRow {
             settings: (info.settings)(),
         }
     }
+
+    /// The processors that draw it, and whether it bakes.
+    fn processors(&self) -> String {
+        let abilities = [(self.cpu, "cpu"), (self.gpu, "gpu"), (self.bake, "bake")];
+        let abilities: Vec<&str> = abilities.iter().filter(|(has, _)| *has).map(|(_, name)| *name).collect();
+        abilities.join(", ")
+    }
 }
 
 pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
@@ -41,12 +48,7 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
     }
     let mut text = String::new();
     for entry in &entries {
-        let backends: Vec<&str> = [(entry.cpu, "cpu"), (entry.gpu, "gpu"), (entry.bake, "bake")]
-            .iter()
-            .filter(|b| b.0)
-            .map(|b| b.1)
-            .collect();
-        text += &format!("{} ({}; {})\n  {}\n", entry.id, entry.family, backends.join(", "), entry.summary);
+        text += &format!("{} ({}; {})\n  {}\n", entry.id, entry.family, entry.processors(), entry.summary);
         text += &format!("  paper: {}\n  assumes: {}\n", entry.paper, entry.assumptions);
         for setting in &entry.settings {
             let values = if setting.values().is_empty() { String::new() } else { format!(" ({})", setting.values()) };
@@ -58,4 +60,49 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
         text += "\n";
     }
     Ok(text.trim_end().to_owned() + "\n")
+}
+
+/// Columns of the text that explains a method.
+const COLUMNS: usize = 80;
+
+/// `catoptric explain`: one method in some lines.
+pub(crate) fn explain(args: &ExplainArgs) -> Result<String, Failure> {
+    let info = find(&args.method).map_err(Failure::usage)?;
+    let row = MethodRow::new(info);
+    let About { draws, costs, cannot, useful, .. } = info.about;
+    let is_useful = |setting: &&SettingInfo| useful.contains(&setting.name);
+    let settings: Vec<&SettingInfo> = row.settings.iter().filter(is_useful).collect();
+    let idea = info.about.idea();
+    if args.format.json {
+        return pretty(&serde_json::json!({
+            "id": row.id, "family": row.family, "paper": row.paper, "idea": idea, "draws": draws, "costs": costs,
+            "assumptions": row.assumptions, "cannot": cannot, "cpu": row.cpu, "gpu": row.gpu, "bake": row.bake,
+            "useful": settings,
+        }));
+    }
+    let mut text = format!("{} ({}; {})\n", row.id, row.family, row.processors());
+    let facts = [("paper", info.paper), ("idea", &idea), ("draws", draws), ("costs", costs)];
+    for (name, fact) in facts.into_iter().chain([("assumes", info.assumptions), ("faults", cannot)]) {
+        text += &wrapped(&format!("{name}: {fact}"));
+    }
+    for setting in settings {
+        let values = if setting.values().is_empty() { String::new() } else { format!(" ({})", setting.values()) };
+        text += &wrapped(&format!("--set {}={}{values}: {}", setting.name, setting.default, setting.help));
+    }
+    Ok(text)
+}
+
+/// A paragraph in lines, indented, and more so from the second on.
+fn wrapped(paragraph: &str) -> String {
+    let mut lines = vec![String::from(" ")];
+    for word in paragraph.split_whitespace() {
+        let line = lines.len() - 1;
+        if lines[line].chars().count() + 1 + word.chars().count() > COLUMNS {
+            lines.push(format!("    {word}"));
+        } else {
+            lines[line] += " ";
+            lines[line] += word;
+        }
+    }
+    lines.join("\n") + "\n"
 }

@@ -3,6 +3,7 @@
 pub(crate) mod bake;
 pub(crate) mod compare;
 pub(crate) mod completions;
+pub(crate) mod diff;
 mod display;
 pub(crate) mod doctor;
 pub(crate) mod info;
@@ -10,6 +11,7 @@ pub(crate) mod methods;
 pub(crate) mod project;
 pub(crate) mod render;
 pub(crate) mod scenes;
+pub(crate) mod view;
 
 pub(crate) use crate::report::pretty;
 

@@ -3,7 +3,7 @@
 use crate::workplace::Workplace;
 use std::process::Command;
 
-const COMMANDS: [&[&str]; 15] = [
+const COMMANDS: [&[&str]; 19] = [
     &[],
     &["render"],
     &["compare"],
@@ -15,9 +15,13 @@ const COMMANDS: [&[&str]; 15] = [
     &["bake", "views"],
     &["bake", "merge"],
     &["bake", "submit"],
+    &["diff"],
     &["methods"],
+    &["explain"],
+    &["view"],
     &["info"],
     &["scenes"],
+    &["doctor"],
     &["completions"],
 ];
 

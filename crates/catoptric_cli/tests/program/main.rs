@@ -3,8 +3,10 @@
 
 mod bake;
 mod choice;
+mod diff;
 mod frames;
 mod help;
+mod helpers;
 mod messages;
 mod outputs;
 mod project;

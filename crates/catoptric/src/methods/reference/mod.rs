@@ -32,7 +32,7 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "ray-traced truth: every specular path up to the order, traced exactly",
     paper: "Whitted 1980, An improved illumination model for shaded display; \
             two-path model: Hakura, Snyder 2001, section 3",
-    assumptions: "none beyond perfect mirrors, smooth dielectrics and shadowless shading",
+    assumptions: "none; surfaces are shaded as every method shades them",
     about: About {
         readme: include_str!("README.md"),
         draws: "every pixel by rays: mirrors, glass and rough surfaces, all paths up to the order, analytic surfaces \
