@@ -71,7 +71,8 @@ pub(crate) enum Command {
         catoptric render room.glb -o room.png --size 640x360 --camera 0\n  \
         catoptric render room.glb -o room.exr --method reference --samples 16 \\\n      \
         --eye -2,1,3 --target 0,1,0 --fov 40\n  \
-        catoptric render room.glb -o - | magick - room.webp\n\n\
+        catoptric render room.glb -o - | magick - room.webp\n  \
+        catoptric render room.toml -o room.png --size 640x360 --watch\n\n\
         A file that is really called `-` is `./-`.")]
     Render(Box<RenderArgs>),
     /// Draw methods side by side, measure them against the reference, and write a report
@@ -348,6 +349,10 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "FILE", value_parser = parse::file_or_stream(), value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
     pub(crate) stats: Option<FileOrStream>,
+    /// Draw again whenever the scene's files change, until interrupted: SCENE, the files that it names, the
+    /// environment and bakes
+    #[arg(long, help_heading = "Output")]
+    pub(crate) watch: bool,
     /// Write a picture that is white where the first surface is a reflector or lens (.png)
     #[arg(long, value_name = "FILE", value_parser = parse::png_path, help_heading = "Output")]
     pub(crate) mask: Option<PathBuf>,
@@ -423,7 +428,7 @@ pub(crate) enum BakeStep {
     Plan(BakePlanArgs),
     /// Plan the frames of a sequence: `run`, `status` and `submit` make them, `merge` writes them into a folder
     #[command(after_help = "Example:\n  \
-        catoptric bake frames room.glb --frames 240 --motion animation --samples 16 -o room.parts\n  \
+        catoptric bake frames room.glb --frames 240 --samples 16 -o room.parts\n  \
         catoptric bake run room.parts --shard 0/4   (one of these for each of 4)\n  \
         catoptric bake merge room.parts -o room     (room/frame-000000.png and so on)\n\n\
         Every frame is drawn by itself, as if it were the first, so it does not depend on who draws it.")]

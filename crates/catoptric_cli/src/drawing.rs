@@ -114,7 +114,7 @@ impl<'a> Shot<'a> {
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
         if view.eye.is_some() && view.eye == view.target {
-            return Err(Failure::usage("--eye and --target are the same point"));
+            return Err(Failure::usage("--eye and --target are the same point: move one of them"));
         }
         let gpu = Gpu::open(draw)?;
         let start = Instant::now();
@@ -388,7 +388,11 @@ pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> 
         match &mut camera.projection {
             Projection::Perspective { fov_y } => *fov_y = degrees.to_radians(),
             Projection::Orthographic { .. } => {
-                let problem = format!("--fov: camera `{}` is orthographic and has no field of view", camera.name);
+                let problem = format!(
+                    "{}: --fov: camera `{}` is orthographic and has no field of view; leave --fov out, or give --eye \
+                     and --target",
+                    scene.name, camera.name
+                );
                 return Err(Failure::input(problem));
             }
         }

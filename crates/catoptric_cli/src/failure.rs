@@ -3,6 +3,7 @@
 use catoptric::output;
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -35,6 +36,17 @@ pub(crate) fn stop_softly() -> &'static AtomicBool {
 /// Prints a line on standard error, where it can be printed: no program can complain of that.
 pub(crate) fn say(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// The text of a file that the user names.
+pub(crate) fn read_text(path: &Path) -> Result<String, Failure> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let problem = match error.kind() {
+            io::ErrorKind::InvalidData => "is no text; save it as UTF-8".into(),
+            _ => format!("cannot read it: {error}"),
+        };
+        Failure::input(format!("{}: {problem}", path.display()))
+    })
 }
 
 /// The outcome of writing to standard output.

@@ -49,8 +49,10 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 /// Prints the command line's help or fault.
 fn explain(message: &clap::Error) -> ExitCode {
-    if let Some(text) = name_variable(message) {
-        failure::say(text.trim_end());
+    let text = name_variable(message).unwrap_or_else(|| message.to_string());
+    let plain = in_words(&text);
+    if message.use_stderr() && plain != message.to_string() {
+        failure::say(plain.trim_end());
         return ExitCode::from(2);
     }
     let printed = message.print().and_then(|()| std::io::stdout().flush());
@@ -60,12 +62,25 @@ fn explain(message: &clap::Error) -> ExitCode {
     }
 }
 
+/// The message about a command line without the words of the libraries that read numbers.
+fn in_words(message: &str) -> String {
+    const WORDS: [(&str, &str); 5] = [
+        ("invalid digit found in string", "it must be a whole number"),
+        ("cannot parse integer from empty string", "it must be a whole number"),
+        ("number too large to fit in target type", "the number is too large"),
+        ("number too small to fit in target type", "the number is too small"),
+        ("..=", " to "),
+    ];
+    WORDS.iter().fold(message.to_owned(), |text, (theirs, ours)| text.replace(theirs, ours))
+}
+
 /// Runs the command; returns the exit code.
 fn obey(cli: &Cli, options: &ArgMatches, words: &[OsString]) -> Result<u8, Failure> {
     failure::listen_for_signals()?;
     set_threads(&cli.global)?;
     let terminal = Terminal::new(&cli.global);
     let output: Output = match &cli.command {
+        Command::Render(args) if args.watch => commands::render::watch::run(args, options, &terminal)?.into(),
         Command::Render(args) => commands::render::run(args, options, &terminal)?.into(),
         Command::Compare(args) => commands::compare::run(args, options, (words, &terminal))?,
         Command::Project(args) => commands::project::run(args, options, &terminal)?.into(),

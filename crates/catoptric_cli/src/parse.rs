@@ -118,7 +118,7 @@ pub(crate) fn order(text: &str) -> Result<Order, String> {
     match text.parse() {
         _ if text == "auto" => Ok(Order::Auto),
         Ok(order @ 0..=16) => Ok(Order::Exact(order)),
-        _ => Err("it must be `auto` or in 0..=16".into()),
+        _ => Err("it must be `auto` or a whole number from 0 to 16".into()),
     }
 }
 

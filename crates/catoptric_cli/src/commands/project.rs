@@ -9,6 +9,7 @@ use crate::args::{ProjectArgs, Shadows, ViewArgs};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 use crate::{drawing, scene_source, settings};
+use catoptric::error::did_you_mean;
 use catoptric::methods::path_query::{FoundPath, PathSearch};
 use catoptric::methods::projection::find::path_visibility::PathVisibility;
 use catoptric::methods::projection::find::projected_paths::path_search;
@@ -16,7 +17,7 @@ use catoptric::methods::projector::MAX_BOUNCES;
 use catoptric::methods::{self, Job, Quality};
 use catoptric::progress::{Cancelled, Progress, Silent};
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Projection, Role, Scene, View};
+use catoptric::scene::{Model, Projection, Role, Scene, View};
 use catoptric::{output as files, parallel};
 use clap::ArgMatches;
 use glam::DVec3;
@@ -67,14 +68,12 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
         return Err(Failure::usage(format!("{} is both --points and --output", points.display())));
     }
     if args.eye.is_some() && args.eye == args.target {
-        return Err(Failure::usage("--eye and --target are the same point"));
+        return Err(Failure::usage("--eye and --target are the same point: move one of them"));
     }
     let roles = scene_source::pose_roles(&args.pose, options)?;
     args.output.path().map_or(Ok(()), files::check_writable)?;
     let mut points = Points::open(&args.points)?;
-    let mut model = scene_source::load(&args.scene, &args.pose.choice, None, false)?;
-    scene_source::choose_animation(&args.pose.choice, &mut model)?;
-    terminal.warn(scene_source::remark_on_time(&model, args.pose.time).iter());
+    let model = model(args, terminal)?;
     let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None, &Silent)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;
@@ -143,12 +142,21 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     Ok(terminal.closing(summary(args, &counts), std::slice::from_ref(&args.output)))
 }
 
+/// The scene's model, with the animation that plays.
+fn model(args: &ProjectArgs, terminal: &Terminal) -> Result<Model, Failure> {
+    let mut model = scene_source::load(&args.scene, &args.pose.choice, None, false)?;
+    scene_source::choose_animation(&args.pose.choice, &mut model)?;
+    terminal.warn(scene_source::remark_on_time(&model, args.pose.time).iter());
+    Ok(model)
+}
+
 /// The reflectors and lenses that paths may touch.
 fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
     let specular = scene.specular_objects();
     let name = |object: &u32| scene.objects[*object as usize].name.as_str();
     if specular.is_empty() {
-        return Err(Failure::input(format!("{}: no object is a reflector or lens", scene.name)));
+        let remedy = "name some by --lens, or by [role] in a scene file";
+        return Err(Failure::input(format!("{}: no object is a reflector or lens: {remedy}", scene.name)));
     }
     let mut wanted = vec![patterns.is_empty(); scene.objects.len()];
     for pattern in patterns {
@@ -159,6 +167,7 @@ fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
         if found.is_empty() {
             let mut names: Vec<&str> = specular.iter().map(name).collect();
             names.dedup();
+            let hint = did_you_mean(pattern, names.iter().copied());
             let problem = if (0..scene.objects.len() as u32).any(|object| matches(&object)) {
                 "is diffuse"
             } else {
@@ -166,7 +175,7 @@ fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
             };
             let known = names.join(", ");
             let problem =
-                format!("{}: --reflector {pattern}: {problem}; reflectors and lenses are: {known}", scene.name);
+                format!("{}: --reflector {pattern}: {problem}{hint}; reflectors and lenses are: {known}", scene.name);
             return Err(Failure::input(problem));
         }
         for object in found {

@@ -1,5 +1,7 @@
 //! `catoptric render`: one picture.
 
+pub(crate) mod watch;
+
 use super::display::Display;
 use super::{columns, pretty};
 use crate::args::RenderArgs;

@@ -3,13 +3,14 @@
 use crate::workplace::Workplace;
 use std::process::Command;
 
-const COMMANDS: [&[&str]; 19] = [
+const COMMANDS: [&[&str]; 20] = [
     &[],
     &["render"],
     &["compare"],
     &["project"],
     &["bake"],
     &["bake", "plan"],
+    &["bake", "frames"],
     &["bake", "run"],
     &["bake", "status"],
     &["bake", "views"],

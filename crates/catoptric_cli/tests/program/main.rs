@@ -3,10 +3,9 @@
 
 mod bake;
 mod choice;
-mod diff;
+mod commands;
 mod frames;
 mod help;
-mod helpers;
 mod messages;
 mod outputs;
 mod project;

@@ -3,7 +3,10 @@
 use crate::workplace::{BALL, Workplace};
 
 /// Words of the libraries that read files, which help no user.
-const JARGON: [&str; 8] = [
+const JARGON: [&str; 11] = [
+    "digit found",
+    "target type",
+    "..=",
     "expected u",
     "expected f",
     "unknown variant",
@@ -66,6 +69,49 @@ fn faults_of_settings_are_in_plain_words() {
         assert!(message.contains(named), "{set}: {message}");
         assert!(!JARGON.iter().any(|word| message.contains(word)), "{set}: {message}");
     }
+}
+
+#[test]
+fn faults_of_options_are_in_plain_words() {
+    let place = Workplace::new();
+    let render = ["render", "scene.toml", "-o", "out.png"];
+    let report = ["compare", "scene.toml", "--report", "report"];
+    for (command, option, value, named) in [
+        (&render[..], "--samples", "many", "it must be a whole number"),
+        (&render, "--samples", "", "it must be a whole number"),
+        (&render, "--samples", "5000", "1 to 4096"),
+        (&render, "--samples", "-1", "1 to 4096"),
+        (&render, "--samples", "99999999999999999999", "the number is too large"),
+        (&render, "--order", "17", "whole number from 0 to 16"),
+        (&render, "--threads", "0", "1 to 1024"),
+        (&render, "--frames", "x", "it must be a whole number"),
+        (&report, "--projection-every", "0", "1 to 1024"),
+        (&report, "--set", "referense.seed=1", "there is no method `referense` (did you mean `reference`?)"),
+        (&report, "--set", "sed=1", "none of the methods compared has this setting (did you mean `seed`?)"),
+        (&render, "--set", "acuracy_px=1", "there is no setting `acuracy_px` (did you mean `accuracy_px`?)"),
+    ] {
+        let assigned = format!("{option}={value}");
+        let message = place.fails(2, &[command, &[&assigned]].concat());
+        assert!(message.contains(option) || message.contains("auto"), "{value}: {message}");
+        assert!(message.contains(named), "{value}: {message}");
+        assert!(!JARGON.iter().any(|word| message.contains(word)), "{value}: {message}");
+    }
+    let project = ["project", "scene.toml", "--points", "scene.csv", "-o", "out.csv"];
+    place.write("scene.csv", "x,y,z\n0,0,0\n");
+    for (words, named) in [
+        (&[&project[..], &["--reflector", "bal"]].concat(), "(did you mean `ball`?)"),
+        (&[&render[..], &["--lens", "bal"]].concat(), "`bal` (did you mean `ball`?)"),
+        (&[&render[..], &["--camera", "camra"]].concat(), "`camra` (did you mean `camera`?)"),
+        (&vec!["info", "builtin:vas"], "`vas` (did you mean `vase`?)"),
+        (&vec!["info", "builtin:vase?tes=4"], "(did you mean `tess`?)"),
+    ] {
+        let message = place.fails(1, words);
+        assert!(message.contains(named), "{words:?}: {message}");
+    }
+    place.write("settings.toml", [0xff, 0xfe]);
+    let bake = ["bake", "scene.toml", "--method", "light_field", "-c", "settings.toml", "-o", "out.bake"];
+    let message = place.fails(1, &bake);
+    assert!(message.contains("settings.toml: is no text; save it as UTF-8"), "{message}");
 }
 
 #[test]

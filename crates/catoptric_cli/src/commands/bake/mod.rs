@@ -20,7 +20,6 @@ use catoptric_bake::{
 use clap::ArgMatches;
 use recipe::Recipe;
 use serde::de::DeserializeOwned;
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -140,8 +139,8 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
 
 /// The recipe of a plan in a file.
 fn read_recipe<R: DeserializeOwned>(plan: &Plan, file: &str) -> Result<R, Failure> {
-    serde_json::from_value(plan.recipe.clone())
-        .map_err(|error| Failure::input(format!("{file}: recipe: {error}; plan again in another folder")))
+    let problem = "its recipe is damaged, or of another version of this program; plan again in another folder";
+    serde_json::from_value(plan.recipe.clone()).map_err(|_| Failure::input(format!("{file}: {problem}")))
 }
 
 /// Refuses a plan of something else than what its recipe leads to now.
@@ -202,7 +201,7 @@ impl Portion<'_> {
 /// The numbers in a file, one a line.
 fn read_units(path: &Path) -> Result<Vec<u64>, Failure> {
     let fail = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
-    let text = fs::read_to_string(path).map_err(|error| fail(format!("cannot read it: {error}")))?;
+    let text = failure::read_text(path)?;
     let number = |(line, text): (usize, &str)| {
         let problem = || format!("line {}: `{text}` is no unit's number; `status --missing` prints such", line + 1);
         text.trim().parse().map_err(|_| fail(problem()))

@@ -2,7 +2,7 @@
 
 use crate::args::{BakeWhatArgs, ChoiceArgs, Shadows};
 use crate::drawing::Moment;
-use crate::failure::Failure;
+use crate::failure::{self, Failure};
 use crate::scene_source::{self, RoleWord};
 use crate::settings;
 use catoptric::methods::lookup::light_field::{LightFieldSettings, views_manifest};
@@ -115,7 +115,7 @@ impl Ingredients {
 
 fn read_settings(path: &Path, info: &methods::MethodInfo) -> Result<Table, Failure> {
     let fail = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| fail(format!("cannot read it: {error}")))?;
+    let text = failure::read_text(path)?;
     let line = |byte: usize| text.as_bytes()[..byte].iter().filter(|byte| **byte == b'\n').count() + 1;
     let document = DeTable::parse(&text).map_err(|error| {
         let begin = error.span().map_or(0, |span| span.start.min(text.len()));

@@ -2,6 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{parse, settings};
+use catoptric::error::did_you_mean;
 use catoptric::methods::{self, MethodInfo};
 use toml::Table;
 
@@ -86,14 +87,19 @@ fn known(key: &str, selected: &[Selected]) -> String {
     let ids: Vec<&str> = selected.iter().map(|method| method.id.as_str()).collect();
     match key.split_once('.') {
         Some((id, _)) if methods::find(id).is_ok() => format!("method `{id}` is not compared"),
-        Some((id, _)) => format!("there is no method `{id}`; those compared are: {}", ids.join(", ")),
+        Some((id, _)) => {
+            let hint = did_you_mean(id, ids.iter().copied());
+            format!("there is no method `{id}`{hint}; those compared are: {}", ids.join(", "))
+        }
         None => {
             let mut names: Vec<String> = Vec::new();
             for info in ids.iter().filter_map(|id| methods::find(id).ok()) {
                 names.extend((info.settings)().into_iter().map(|setting| format!("{}.{}", info.id, setting.name)));
             }
             names.dedup();
-            format!("none of the methods compared has this setting; there are: {}", names.join(", "))
+            let settings = names.iter().filter_map(|name| name.split_once('.'));
+            let hint = did_you_mean(key, settings.map(|(_, setting)| setting));
+            format!("none of the methods compared has this setting{hint}; there are: {}", names.join(", "))
         }
     }
 }

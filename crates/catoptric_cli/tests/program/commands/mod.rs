@@ -1,0 +1,5 @@
+//! Commands beside drawing, projecting and baking.
+
+mod diff;
+mod helpers;
+mod watch;
