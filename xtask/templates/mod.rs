@@ -11,7 +11,7 @@ use catoptric_engine::error::RenderError;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_engine::method::bake::Baked;
 {{draw_use}}
-use catoptric_engine::method::{Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
+use catoptric_engine::method::{About, Family, Frame, Job, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric_core::progress::Progress;
 use catoptric_core::scene::{Scene, View};
 {{role_use}}
@@ -24,6 +24,13 @@ pub static INFO: MethodInfo = MethodInfo {
     summary: "one line for tables",
     paper: "author year, title",
     assumptions: "what must hold for its pictures to be right",
+    about: About {
+        readme: include_str!("README.md"),
+        draws: "the parts of a picture that it draws, and how",
+        costs: "the time and memory that it takes, beforehand and in each frame",
+        cannot: "the faults that its pictures are known to have",
+        useful: &["size"],
+    },
     cpu: true,
     gpu: false,
     bake: {{bake}},

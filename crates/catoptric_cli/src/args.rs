@@ -9,7 +9,7 @@ pub(crate) use choice::ChoiceArgs;
 pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
 pub(crate) use submit::Engine;
-pub(crate) use tools::{DiffArgs, ExplainArgs, ViewerArgs};
+pub(crate) use tools::{DiffArgs, ExplainArgs, JsonArgs, ViewerArgs};
 pub(crate) use variables::{from_variables, name_variable, with_variables};
 
 use crate::parse::{self, Exposure, FileOrStream, Order};
@@ -146,14 +146,6 @@ pub(crate) enum Command {
     #[command(after_help = "Example:\n  catoptric completions bash \\\n      \
             > ~/.local/share/bash-completion/completions/catoptric")]
     Completions(CompletionsArgs),
-}
-
-#[derive(Args)]
-#[command(next_help_heading = "Output")]
-pub(crate) struct JsonArgs {
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 #[derive(Args)]

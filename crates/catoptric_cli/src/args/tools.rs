@@ -1,10 +1,17 @@
-//! The command lines of `catoptric diff`, `explain` and `view`.
+//! The command lines of `catoptric diff`, `explain` and `view`, and of commands that print alone.
 
-use super::JsonArgs;
 use crate::parse;
 use clap::{Args, ValueHint};
 use std::ffi::OsString;
 use std::path::PathBuf;
+
+#[derive(Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct JsonArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
 
 #[derive(Args)]
 pub(crate) struct DiffArgs {

@@ -108,8 +108,8 @@ fn one_animation_plays_alone() {
     let text = place.ok(&["info", "thing.gltf", "--animation", "rise"]);
     assert!(text.contains("0  slide  2 s  1 channels\n  1  rise   2 s  1 channels  plays\n"), "{text}");
     let message = place.fails(1, &["info", "thing.gltf", "--animation", "rize"]);
-    let expected = "thing.gltf: --animation: there is no animation `rize` (did you mean `rise`?); there are: 0 `slide`, \
-                    1 `rise`";
+    let expected = "thing.gltf: --animation: there is no animation `rize` (did you mean `rise`?); there are: \
+                    0 `slide`, 1 `rise`";
     assert!(message.contains(expected), "{message}");
     let message = place.fails(1, &["render", "scene.toml", "--animation", "0", "-o", "out.png"]);
     assert!(message.contains("there is no animation `0`; there are: none in this scene"), "{message}");
