@@ -1,11 +1,13 @@
 //! The command line.
 
 mod choice;
+mod pictures;
 mod submit;
 mod tools;
 mod variables;
 
 pub(crate) use choice::ChoiceArgs;
+pub(crate) use pictures::{Bits, PictureArgs, SequenceArgs};
 pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
 pub(crate) use submit::Engine;
@@ -66,9 +68,14 @@ pub(crate) enum ProgressChoice {
 
 #[derive(Subcommand)]
 pub(crate) enum Command {
-    /// Draw one picture
+    /// Draw a picture, or the frames of a sequence
     #[command(after_help = "Examples:\n  \
         catoptric render room.glb -o room.png --size 640x360 --camera 0\n  \
+        catoptric render watch.glb -o turn-####.png --turntable 120\n  \
+        catoptric render film.glb -o frame-####.png --frames 1..240 --motion animation\n  \
+        catoptric render film.glb -o - --frames 1..240 | \\\n      \
+        ffmpeg -f image2pipe -framerate 30 -i - film.mp4\n  \
+        catoptric render watch.glb -o watch.webp --transparent\n  \
         catoptric render room.glb -o room.exr --method reference --samples 16 \\\n      \
         --eye -2,1,3 --target 0,1,0 --fov 40\n  \
         catoptric render room.glb -o - | magick - room.webp\n  \
@@ -285,7 +292,7 @@ impl Motion {
     }
 }
 
-/// Tone curves of PNG pictures.
+/// Tone curves of pictures for screens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Tone {
     None,
@@ -294,14 +301,14 @@ pub(crate) enum Tone {
     Aces,
 }
 
-/// What makes radiance a PNG picture.
+/// What makes radiance a picture for a screen.
 #[derive(Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct DisplayArgs {
-    /// Exposure of PNG pictures in stops, or `auto` [default: 0, or `auto` where little could be seen then]
+    /// Exposure of pictures other than EXR in stops, or `auto` [default: 0, or `auto` where little could be seen then]
     #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
     pub(crate) exposure: Option<Exposure>,
-    /// Tone curve of PNG pictures [default: none; neutral with an automatic exposure]
+    /// Tone curve of pictures other than EXR [default: none; neutral with an automatic exposure]
     #[arg(long, value_enum)]
     pub(crate) tone: Option<Tone>,
 }
@@ -321,17 +328,17 @@ pub(crate) struct RenderArgs {
     pub(crate) view: ViewArgs,
     #[command(flatten)]
     pub(crate) draw: DrawArgs,
-    /// Frames to draw; the last one is written
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    #[arg(help_heading = "View")]
-    pub(crate) frames: u32,
+    #[command(flatten)]
+    pub(crate) sequence: SequenceArgs,
     /// The method; `catoptric methods` lists them
     #[arg(long, value_name = "ID", default_value = "auto", help_heading = "Method", display_order = 0)]
     pub(crate) method: String,
     /// A setting of the method, over the scene's own (repeat)
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
     pub(crate) set: Vec<(String, String)>,
-    /// File of the picture: .png (8-bit sRGB) or .exr (linear RGBA floats); `-`: PNG to standard output
+    /// File of the picture: .png, .jpg or .webp (sRGB), or .exr (linear RGBA floats). A name such as frame-####.png or
+    /// frame-%04d.png has a place for the number of a frame: every frame is written. `-`: PNG to standard output, frames
+    /// of a range one after the other
     #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
     pub(crate) output: FileOrStream,
@@ -345,9 +352,8 @@ pub(crate) struct RenderArgs {
     /// environment and bakes
     #[arg(long, help_heading = "Output")]
     pub(crate) watch: bool,
-    /// Write a picture that is white where the first surface is a reflector or lens (.png)
-    #[arg(long, value_name = "FILE", value_parser = parse::png_path, help_heading = "Output")]
-    pub(crate) mask: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
 }
 
 #[derive(Args)]

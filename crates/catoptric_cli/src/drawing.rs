@@ -1,5 +1,9 @@
 //! Draws the frames of one method and takes their times.
 
+mod sequence;
+
+pub(crate) use sequence::Sequence;
+
 use crate::args::{DrawArgs, Motion, SceneArgs, Shadows, ViewArgs};
 use crate::backend::{Gpu, processor};
 use crate::baked;
@@ -10,18 +14,20 @@ use crate::settings::Chosen;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::budget::Budgeted;
 use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
-use catoptric::progress::{Progress, Silent};
+use catoptric::progress::{Progress, Silent, Stage};
 use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
 use catoptric_bake::Shelf;
 use clap::ArgMatches;
-use glam::{Affine3A, Quat, Vec3};
+use glam::Vec3;
+use sequence::{turn_about, up};
 use std::collections::BTreeMap;
+use std::f32::consts::TAU;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
-const FRAMES_PER_SECOND: f32 = 30.0;
 const ORBIT_STEP_DEG: f32 = 1.0;
 /// The reference's time is estimated by a picture so many times smaller in both directions.
 const ESTIMATE_SCALE: u32 = 8;
@@ -39,6 +45,7 @@ pub(crate) struct Shot<'a> {
     pub(crate) quality: Quality,
     pub(crate) frames: u32,
     pub(crate) motion: Motion,
+    pub(crate) sequence: Sequence,
     pub(crate) budget_ms: Option<u32>,
     /// Times of loading, before any method.
     pub(crate) setup_ms: Vec<(String, f64)>,
@@ -49,6 +56,9 @@ pub(crate) struct Shot<'a> {
     time: f32,
     view: &'a ViewArgs,
 }
+
+/// Takes a frame that has been drawn, by its number from 0, and tells whether to go on.
+pub(crate) type Taker<'t> = dyn FnMut(u32, &Drawing) -> Result<ControlFlow<()>, Failure> + 't;
 
 /// The result of drawing with one method.
 pub(crate) struct Drawing {
@@ -110,9 +120,10 @@ impl<'a> Shot<'a> {
         options: &ArgMatches,
         view: &'a ViewArgs,
         draw: &DrawArgs,
-        frames: u32,
+        sequence: impl Into<Sequence>,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
+        let sequence = sequence.into();
         if view.eye.is_some() && view.eye == view.target {
             return Err(Failure::usage("--eye and --target are the same point: move one of them"));
         }
@@ -135,7 +146,9 @@ impl<'a> Shot<'a> {
         let moment = (roles, args.shadows, args.pose.time);
         // The order is known once the scene is.
         let quality = Quality { samples: draw.samples, order: 0 };
-        let mut shot = Self::of(model, moment, (view, draw.motion, frames), quality, bakes, progress)?;
+        let plays = sequence.plays_animation && !model.animations.is_empty();
+        let motion = if plays { Motion::Animation } else { draw.motion };
+        let mut shot = Self::of(model, moment, (view, motion, sequence), quality, bakes, progress)?;
         shot.quality.order = match draw.order {
             Order::Exact(order) => order,
             // That of bakes, where none is named.
@@ -156,18 +169,38 @@ impl<'a> Shot<'a> {
     pub(crate) fn of(
         model: Model,
         (roles, shadows, time): Moment,
-        (view, motion, frames): (&'a ViewArgs, Motion, u32),
+        (view, motion, sequence): (&'a ViewArgs, Motion, Sequence),
         quality: Quality,
         bakes: Shelf,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
-        let scene = Arc::new(scene_source::pose(&model, time, &roles, shadows, None, progress)?);
-        let (budget_ms, setup_ms, gpu) = (None, Vec::new(), None);
-        let shot =
-            Self { model, scene, quality, frames, motion, budget_ms, setup_ms, bakes, gpu, roles, shadows, time, view };
+        let first_time = if motion == Motion::Animation { sequence.time_of(sequence.first, time) } else { time };
+        let scene = Arc::new(scene_source::pose(&model, first_time, &roles, shadows, None, progress)?);
+        let shot = Self {
+            model,
+            scene,
+            quality,
+            frames: sequence.count,
+            motion,
+            sequence,
+            budget_ms: None,
+            setup_ms: Vec::new(),
+            bakes,
+            gpu: None,
+            roles,
+            shadows,
+            time,
+            view,
+        };
         // A camera that does not exist is found before any work.
-        shot.frame_view(&shot.scene, 0)?;
+        shot.frame_view(&shot.scene, sequence.first)?;
         Ok(shot)
+    }
+
+    /// From now on the eye sees black where nothing stands before it.
+    pub(crate) fn hide_background(&mut self) {
+        self.model.hides_background = true;
+        Arc::make_mut(&mut self.scene).hides_background = true;
     }
 
     /// The scene of a frame.
@@ -175,15 +208,11 @@ impl<'a> Shot<'a> {
         match self.motion {
             Motion::None | Motion::Eye => Ok(self.scene.clone()),
             Motion::Animation => {
-                let time = self.time_of(frame);
+                let time = self.sequence.time_of(frame, self.time);
                 let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, None, &Silent)?;
                 Ok(Arc::new(scene))
             }
         }
-    }
-
-    fn time_of(&self, frame: u32) -> f32 {
-        self.time + frame as f32 / FRAMES_PER_SECOND
     }
 
     /// A frame by itself, whatever was drawn before: on the CPU, so many times smaller in both directions.
@@ -208,11 +237,38 @@ impl<'a> Shot<'a> {
 
     /// Prepares the method and draws all frames, within the budget if there is one.
     pub(crate) fn draw(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+        self.draw_frames(chosen, None, progress)
+    }
+
+    /// The same; each frame is given to `take` when it is there, and progress is that of all frames.
+    pub(crate) fn draw_each(
+        &self,
+        chosen: &Chosen,
+        take: &mut Taker<'_>,
+        progress: &dyn Progress,
+    ) -> Result<Drawing, Failure> {
+        self.draw_frames(chosen, Some(take), progress)
+    }
+
+    fn draw_frames(
+        &self,
+        chosen: &Chosen,
+        mut take: Option<&mut Taker<'_>>,
+        progress: &dyn Progress,
+    ) -> Result<Drawing, Failure> {
         if let Some(gpu) = &self.gpu
             && let Some(method) = gpu.method(chosen)?
         {
             let on_gpu = Processor { backend: "gpu", device: gpu.name() };
-            let drawn = self.draw_with(&*method, on_gpu, chosen, progress).map(|mut drawing| {
+            let mut are_some_taken = false;
+            let mut take_noted = take.as_mut().map(|take| {
+                |frame: u32, drawing: &Drawing| {
+                    are_some_taken = true;
+                    take(frame, drawing)
+                }
+            });
+            let noted = take_noted.as_mut().map(|take| take as &mut Taker<'_>);
+            let drawn = self.draw_with(&*method, on_gpu, (chosen, noted), progress).map(|mut drawing| {
                 if self.scene.sky.is_some() {
                     let warning = "on the GPU surfaces scatter all of the environment's light and none of what \
                                    other surfaces emit";
@@ -222,33 +278,38 @@ impl<'a> Shot<'a> {
             });
             match drawn {
                 // What only the CPU can draw.
-                Err(Failure::Input(problem)) if !gpu.is_wanted => {
-                    let mut drawing = self.draw_on_cpu(chosen, progress)?;
+                Err(Failure::Input(problem)) if !gpu.is_wanted && !are_some_taken => {
+                    let mut drawing = self.draw_on_cpu(chosen, take, progress)?;
                     drawing.warnings.push(format!("drawn on the CPU: {problem}"));
                     return Ok(drawing);
                 }
                 drawn => return drawn,
             }
         }
-        self.draw_on_cpu(chosen, progress)
+        self.draw_on_cpu(chosen, take, progress)
     }
 
-    fn draw_on_cpu(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
+    fn draw_on_cpu(
+        &self,
+        chosen: &Chosen,
+        take: Option<&mut Taker<'_>>,
+        progress: &dyn Progress,
+    ) -> Result<Drawing, Failure> {
         let budgeted = self.budget_ms.map(|budget_ms| Budgeted::new(&*chosen.method, budget_ms.into()));
         let method = budgeted.as_ref().map_or(&*chosen.method, |budgeted| budgeted as &dyn Method);
-        self.draw_with(method, Processor::cpu(), chosen, progress)
+        self.draw_with(method, Processor::cpu(), (chosen, take), progress)
     }
 
     /// The same on the CPU and without any budget.
     pub(crate) fn draw_whole(&self, chosen: &Chosen, progress: &dyn Progress) -> Result<Drawing, Failure> {
-        self.draw_with(&*chosen.method, Processor::cpu(), chosen, progress)
+        self.draw_with(&*chosen.method, Processor::cpu(), (chosen, None), progress)
     }
 
     fn draw_with(
         &self,
         method: &dyn Method,
         processor: Processor,
-        chosen: &Chosen,
+        (chosen, mut take): (&Chosen, Option<&mut Taker<'_>>),
         progress: &dyn Progress,
     ) -> Result<Drawing, Failure> {
         if let Some(unfit) = &chosen.unfit {
@@ -260,7 +321,7 @@ impl<'a> Shot<'a> {
         let [width, height] = self.view.size;
         let mut drawing = Drawing {
             picture: Framebuffer::new(width, height),
-            view: self.frame_view(&self.scene, 0)?,
+            view: self.frame_view(&self.scene, self.sequence.first)?,
             scene: self.scene.clone(),
             prepared,
             processor,
@@ -278,11 +339,13 @@ impl<'a> Shot<'a> {
         };
         drawing.note(&drawing.prepared.report().clone());
         let mut memory = PoseMemory::default();
-        for frame in 0..self.frames {
+        let stage = take.is_some().then(|| Stage::begin(progress, "frames", self.frames as usize)).transpose()?;
+        let progress = if take.is_some() { &Silent as &dyn Progress } else { progress };
+        for frame in self.sequence.frames() {
             let start = Instant::now();
             let mut stages = Vec::new();
             if self.motion == Motion::Animation {
-                let time = self.time_of(frame);
+                let time = self.sequence.time_of(frame, self.time);
                 let before = Some((&*drawing.scene, &mut memory));
                 let scene = scene_source::pose(&self.model, time, &self.roles, self.shadows, before, progress)?;
                 stages.push(("pose", milliseconds(start)));
@@ -301,13 +364,21 @@ impl<'a> Shot<'a> {
             stages.extend(report.stages_ms.iter().copied());
             drawing.note(&report);
             drawing.note_stages(&stages);
+            if let Some(take) = &mut take
+                && take(frame, &drawing)?.is_break()
+            {
+                break;
+            }
+            if let Some(stage) = &stage {
+                stage.advance(1)?;
+            }
         }
         Ok(drawing)
     }
 
     /// The time in milliseconds that the reference would take for a frame, about: from a small picture of it.
     pub(crate) fn reference_ms(&self, progress: &dyn Progress) -> Result<f64, Failure> {
-        let mut view = self.frame_view(&self.scene, 0)?;
+        let mut view = self.frame_view(&self.scene, self.sequence.first)?;
         let pixels = f64::from(view.width) * f64::from(view.height);
         (view.width, view.height) = ((view.width / ESTIMATE_SCALE).max(1), (view.height / ESTIMATE_SCALE).max(1));
         let method = methods::create("reference", &toml::Table::new())?;
@@ -320,18 +391,22 @@ impl<'a> Shot<'a> {
 
     /// The view of a frame.
     pub(crate) fn frame_view(&self, scene: &Scene, frame: u32) -> Result<View, Failure> {
-        let mut camera = camera(self.view, scene)?;
-        if self.motion == Motion::Eye {
+        let [width, height] = self.view.size;
+        let is_placed = self.view.eye.is_some() || self.view.camera.is_some();
+        let mut camera = match self.sequence.turn {
+            Some(_) if !is_placed => scene.framing_all_round(width as f32 / height as f32, self.view.fov),
+            _ => camera(self.view, scene)?,
+        };
+        if let Some(count) = self.sequence.turn {
+            let angle = TAU * frame as f32 / count as f32;
+            let turn = turn_about(scene.bounds.center(), up(self.view), angle);
+            camera.world_from_camera = turn * camera.world_from_camera;
+        } else if self.motion == Motion::Eye {
             let angle = (frame as f32 * ORBIT_STEP_DEG).to_radians();
-            let up = self.view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
             let target = self.view.target.map(|target| (target - scene.origin).as_vec3());
             let pivot = target.unwrap_or_else(|| camera.point_looked_at(&scene.bounds));
-            let turn = Affine3A::from_translation(pivot)
-                * Affine3A::from_quat(Quat::from_axis_angle(up, angle))
-                * Affine3A::from_translation(-pivot);
-            camera.world_from_camera = turn * camera.world_from_camera;
+            camera.world_from_camera = turn_about(pivot, up(self.view), angle) * camera.world_from_camera;
         }
-        let [width, height] = self.view.size;
         Ok(scene.view(&camera, width, height))
     }
 }

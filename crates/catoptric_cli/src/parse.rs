@@ -1,7 +1,9 @@
 //! Readers of option values; each message names what is allowed.
 
+mod pictures;
 mod stream;
 
+pub(crate) use pictures::{FramesWanted, NamePattern, Region, frames_per_second, frames_wanted, region};
 pub(crate) use stream::{FileOrStream, file, file_or_stream, place};
 
 use catoptric::picture::PictureFormat;
@@ -131,12 +133,13 @@ pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
 }
 
 pub(crate) fn picture_path(text: &str) -> Result<FileOrStream, String> {
-    match FileOrStream::from(PathBuf::from(text)) {
-        FileOrStream::File(path) if PictureFormat::from_path(&path).is_none() => {
-            Err("the name must end in .png or .exr, or be `-`".into())
-        }
-        picture => Ok(picture),
+    let picture = FileOrStream::from(PathBuf::from(text));
+    let Some(path) = picture.path() else { return Ok(picture) };
+    if PictureFormat::from_path(path).is_none() {
+        return Err(format!("the name must end in {}, or be `-`", PictureFormat::EXTENSIONS));
     }
+    NamePattern::of(path)?;
+    Ok(picture)
 }
 
 pub(crate) fn share(text: &str) -> Result<f64, String> {
@@ -151,6 +154,15 @@ pub(crate) fn png_path(text: &str) -> Result<PathBuf, String> {
     match PictureFormat::from_path(&path) {
         Some(PictureFormat::Png) => Ok(path),
         _ => Err("the name must end in .png".into()),
+    }
+}
+
+pub(crate) fn mask_path(text: &str) -> Result<PathBuf, String> {
+    let path = stream::no_stream(PathBuf::from(text))?;
+    NamePattern::of(&path)?;
+    match PictureFormat::from_path(&path) {
+        Some(PictureFormat::Png | PictureFormat::Exr) => Ok(path),
+        _ => Err("the name must end in .png or .exr".into()),
     }
 }
 
@@ -205,7 +217,9 @@ mod tests {
     fn pairs_and_names() {
         assert_eq!(key_value("a = b=c"), Ok(("a".into(), "b=c".into())));
         assert!(key_value("a").is_err() && key_value("=a").is_err());
-        assert!(picture_path("a.PNG").is_ok() && picture_path("a.jpg").is_err() && picture_path("png").is_err());
+        assert!(picture_path("a.PNG").is_ok() && picture_path("a.bmp").is_err() && picture_path("png").is_err());
+        assert!(["a.jpg", "a.JPEG", "a.webp", "a-##.exr"].iter().all(|name| picture_path(name).is_ok()));
+        assert!(mask_path("a.exr").is_ok() && mask_path("a.jpg").is_err() && mask_path("##-##.png").is_err());
         assert!(
             png_path("a.exr").is_err() && share("0.5") == Ok(0.5) && share("1.1").is_err() && share("nan").is_err()
         );

@@ -1,115 +1,21 @@
-//! Pictures as files: PNG for looking at, OpenEXR and Radiance HDR for measuring.
+//! Pictures as files: PNG, JPEG and WebP for looking at, OpenEXR and Radiance HDR for measuring.
+
+mod encode;
+mod layers;
+
+pub use encode::{PictureFormat, encode, encode_mask, encode_rgb8, encode_with_alpha, write, write_rgb8};
+pub use layers::{Channel, ChannelValues, encode_layers};
 
 use crate::error::SceneError;
 use crate::framebuffer::{Framebuffer, linear_from_srgb};
-use crate::output::write_file;
 use exr::prelude as openexr;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 /// Larger pictures are refused: they are damaged headers far more often than pictures.
 const MAX_SIDE: u32 = 65_536;
 /// The most memory that decoding a picture may take.
 const MAX_DECODED_BYTES: u64 = 4 << 30;
-
-/// The kinds of picture files that can be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureFormat {
-    /// 8-bit sRGB without alpha, clamped, no tone curve.
-    Png,
-    /// Linear RGBA, 32-bit floats.
-    Exr,
-}
-
-impl PictureFormat {
-    /// The format that a file name's extension stands for; returns `None` if it is neither `.png` nor `.exr`.
-    pub fn from_path(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "png" => Some(Self::Png),
-            "exr" => Some(Self::Exr),
-            _ => None,
-        }
-    }
-}
-
-/// Writes a picture in the format of its extension.
-///
-/// # Errors
-/// [`SceneError::Unsupported`] for extensions other than `.png` and `.exr`, [`SceneError::Write`] otherwise.
-pub fn write(path: &Path, picture: &Framebuffer) -> Result<(), SceneError> {
-    let Some(format) = PictureFormat::from_path(path) else {
-        return Err(SceneError::Unsupported {
-            file: path.display().to_string(),
-            feature: "this kind of picture file".into(),
-            remedy: "use a name that ends in .png or .exr".into(),
-        });
-    };
-    write_file(path, |writer| writer.write_all(&encode(format, picture)?))
-}
-
-/// The content of a picture's file.
-///
-/// # Errors
-/// Pictures that their format cannot hold.
-pub fn encode(format: PictureFormat, picture: &Framebuffer) -> io::Result<Vec<u8>> {
-    match format {
-        PictureFormat::Png => encode_rgb8(picture.width, picture.height, &picture.to_srgb8()),
-        PictureFormat::Exr => encode_exr(picture),
-    }
-}
-
-/// The content of a PNG file of 8-bit sRGB pixels, three bytes each, rows from the top.
-///
-/// # Errors
-/// When there are not `3 * width * height` bytes.
-pub fn encode_rgb8(width: u32, height: u32, rgb: &[u8]) -> io::Result<Vec<u8>> {
-    encode_png(width, height, rgb, image::ExtendedColorType::Rgb8)
-}
-
-/// Writes 8-bit sRGB pixels, three bytes each, rows from the top, as PNG.
-///
-/// # Errors
-/// [`SceneError::Write`], also when there are not `3 * width * height` bytes.
-pub fn write_rgb8(path: &Path, width: u32, height: u32, rgb: &[u8]) -> Result<(), SceneError> {
-    write_file(path, |writer| writer.write_all(&encode_rgb8(width, height, rgb)?))
-}
-
-/// Writes a mask as a grey PNG: white where it is true.
-///
-/// # Errors
-/// [`SceneError::Write`], also when there is not one value a pixel.
-pub fn write_mask(path: &Path, width: u32, height: u32, mask: &[bool]) -> Result<(), SceneError> {
-    let grey: Vec<u8> = mask.iter().map(|&set| if set { 255 } else { 0 }).collect();
-    write_file(path, |writer| writer.write_all(&encode_png(width, height, &grey, image::ExtendedColorType::L8)?))
-}
-
-fn encode_png(width: u32, height: u32, bytes: &[u8], color: image::ExtendedColorType) -> io::Result<Vec<u8>> {
-    use image::ImageEncoder;
-    let expected = u64::from(width) * u64::from(height) * u64::from(color.bits_per_pixel() / 8);
-    if bytes.len() as u64 != expected {
-        let problem = format!("{} bytes for a picture of {width}x{height} pixels", bytes.len());
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
-    }
-    let mut file = Vec::new();
-    let encoder = image::codecs::png::PngEncoder::new(&mut file);
-    encoder.write_image(bytes, width, height, color).map_err(io::Error::other)?;
-    Ok(file)
-}
-
-fn encode_exr(picture: &Framebuffer) -> io::Result<Vec<u8>> {
-    let width = picture.width as usize;
-    // EXR is written with seeks: in memory, then.
-    let mut bytes = io::Cursor::new(Vec::new());
-    let channels = openexr::SpecificChannels::rgba(|at: openexr::Vec2<usize>| {
-        let [r, g, b, a] = picture.pixels[at.y() * width + at.x()];
-        (r, g, b, a)
-    });
-    openexr::WritableImage::write(&openexr::Image::from_channels((width, picture.height as usize), channels))
-        .non_parallel()
-        .to_buffered(&mut bytes)
-        .map_err(io::Error::other)?;
-    Ok(bytes.into_inner())
-}
 
 /// Reads a picture as linear radiance: `.exr` and `.hdr` as they stand, 8- and 16-bit formats from sRGB.
 ///

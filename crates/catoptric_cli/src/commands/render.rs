@@ -1,8 +1,10 @@
-//! `catoptric render`: one picture.
+//! `catoptric render`: a picture, or the frames of a sequence.
 
+mod passes;
+mod pictures;
+mod plan;
 pub(crate) mod watch;
 
-use super::display::Display;
 use super::{columns, pretty};
 use crate::args::RenderArgs;
 use crate::backend;
@@ -14,46 +16,56 @@ use crate::scene_source;
 use crate::settings;
 use crate::stats::Stats;
 use crate::terminal::Terminal;
-use catoptric::light::path_tracer::specular_mask;
 use catoptric::methods;
 use catoptric::output::{self, NewFolders};
-use catoptric::picture::{self, PictureFormat};
 use clap::ArgMatches;
+use passes::Passes;
+use pictures::Pictures;
+use plan::Plan;
 use std::io::{self, IsTerminal, Write};
 
 pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
     let method = methods::find(&args.method).map_err(Failure::usage)?;
     check_samples(args.draw.samples, method)?;
-    let outputs = outputs(args)?;
-    let shot = Shot::load(&args.scene, options, &args.view, &args.draw, args.frames, terminal)?;
+    let plan = Plan::new(args, options)?;
+    let outputs = outputs(args, &plan)?;
+    let mut shot = Shot::load(&args.scene, options, &args.view, &args.draw, plan.sequence, terminal)?;
+    if args.picture.transparent {
+        shot.hide_background();
+    }
+    if args.picture.transparent || args.picture.layers {
+        // What is seen first is found as the CPU draws it.
+        shot.gpu = None;
+    }
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
     baked::check_methods(&shot.bakes, &[&args.method])?;
     let chosen = settings::choose_baked(&args.method, &given, &shot)?;
     let _folders = make_writable(&outputs)?;
     backend::remark(&args.draw, shot.gpu.as_ref(), terminal);
     terminal.set_subject(&args.method);
-    let drawing = shot.draw(&chosen, terminal)?;
-    let stats = Stats::new(&shot, &chosen, &drawing);
-    let format = args.output.path().and_then(PictureFormat::from_path).unwrap_or(PictureFormat::Png);
-    let display = (format == PictureFormat::Png)
-        .then(|| Display::new(&args.display, &drawing.scene, &drawing.view, &drawing.picture));
-    let shown = display.map(|display| display.of(&drawing.picture));
-    let shown = shown.as_ref().unwrap_or(&drawing.picture);
-    args.output.write(|writer| writer.write_all(&picture::encode(format, shown)?))?;
-    if let Some(path) = &args.mask {
-        let mask = specular_mask(&drawing.scene, &drawing.view);
-        picture::write_mask(path, drawing.view.width, drawing.view.height, &mask)?;
+    let passes = Passes::new(&chosen, shot.quality)?;
+    let mut pictures = Pictures { args, plan: &plan, passes, display: None };
+    let drawing = match plan.writes_all {
+        true => shot.draw_each(&chosen, &mut |frame, drawing| pictures.write(frame, drawing), terminal)?,
+        false => shot.draw(&chosen, terminal)?,
+    };
+    if !plan.writes_all {
+        let _ = pictures.write(0, &drawing)?;
     }
+    let stats = Stats::new(&shot, &chosen, &drawing);
     if let Some(output) = &args.stats {
         let json = pretty(&stats)?;
         output.write(|writer| writer.write_all(json.as_bytes()))?;
     }
     let mut warnings = stats.warnings.clone();
     warnings.extend(scene_source::remark_on_media(&args.method, &drawing.scene));
-    warnings.extend(display.and_then(|display| display.remark()));
+    warnings.extend(pictures.display.and_then(|display| display.remark()));
+    warnings.extend(plan.remark(&shot));
     warnings.extend(slower_than_tracing(&shot, &stats, terminal)?);
     terminal.warn(&warnings);
-    Ok(terminal.closing(summary(args, &stats, terminal.verbose), &outputs))
+    let mut text = summary(args, &stats, terminal.verbose);
+    text += &plan.summary(&shot);
+    Ok(terminal.closing(text, &outputs))
 }
 
 /// Frames that are faster are not compared with the reference, in milliseconds.
@@ -75,14 +87,15 @@ fn slower_than_tracing(shot: &Shot<'_>, stats: &Stats, terminal: &Terminal) -> R
     }))
 }
 
-/// The files to be written, or standard output, each another one.
-fn outputs(args: &RenderArgs) -> Result<Vec<FileOrStream>, Failure> {
+/// The files to be written, or standard output, each another one; of frames the first one's.
+fn outputs(args: &RenderArgs, plan: &Plan) -> Result<Vec<FileOrStream>, Failure> {
     if args.output == FileOrStream::Stream && io::stdout().is_terminal() {
         let problem = "-o -: standard output is a terminal, which shows no pictures; lead it into a file or a program";
         return Err(Failure::usage(problem));
     }
-    let mask = args.mask.clone().map(FileOrStream::File);
-    let outputs: Vec<_> = [Some(args.output.clone()), args.stats.clone(), mask].into_iter().flatten().collect();
+    let first = plan.sequence.first;
+    let outputs = [Some(plan.picture(args, first)), args.stats.clone(), plan.mask(args, first)];
+    let outputs: Vec<_> = outputs.into_iter().flatten().collect();
     for (index, one) in outputs.iter().enumerate() {
         if let Some(other) = outputs[..index].iter().find(|other| one.is_same_output(other)) {
             let same = one == other;

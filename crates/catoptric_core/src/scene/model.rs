@@ -40,6 +40,8 @@ pub struct Model {
     pub environment: Option<Arc<Environment>>,
     /// What [`Scene::ends_in_environment`](super::Scene::ends_in_environment) is to be.
     pub ends_in_environment: bool,
+    /// What [`Scene::hides_background`](super::Scene::hides_background) is to be.
+    pub hides_background: bool,
     /// Cameras; the first is the default.
     pub cameras: Vec<CameraAsset>,
     /// The region in which reflectors or views may move (for baking).

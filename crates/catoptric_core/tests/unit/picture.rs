@@ -2,7 +2,7 @@
 
 use catoptric_core::error::SceneError;
 use catoptric_core::framebuffer::Framebuffer;
-use catoptric_core::picture::{read, write, write_mask};
+use catoptric_core::picture::{PictureFormat, encode_mask, read, read_channel, write};
 use std::path::Path;
 
 fn sample() -> Framebuffer {
@@ -40,15 +40,18 @@ fn png_is_srgb_rounded_to_8_bits() {
 }
 
 #[test]
-fn masks_are_black_and_white() {
+fn masks_hold_shares_of_pixels() {
+    let shares = [1.0, 0.25, 0.0];
+    let png = encode_mask(PictureFormat::Png, 3, 1, &shares).unwrap();
+    assert_eq!(image::load_from_memory(&png).unwrap().into_luma8().into_raw(), [255, 64, 0]);
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("mask.png");
-    write_mask(&path, 2, 1, &[true, false]).unwrap();
-    let back = read(&path).unwrap();
-    assert_eq!(back.pixels, [[1.0; 4], [0.0, 0.0, 0.0, 1.0]]);
-    assert!(write_mask(&path, 2, 2, &[true, false]).is_err());
-    assert_eq!(read(&path).unwrap(), back, "a failed write must leave the old file");
-    assert_eq!(names(folder.path()), ["mask.png"]);
+    let path = folder.path().join("mask.exr");
+    std::fs::write(&path, encode_mask(PictureFormat::Exr, 3, 1, &shares).unwrap()).unwrap();
+    assert_eq!(read_channel(&path, &["Y"]).unwrap(), (3, 1, shares.to_vec()));
+    for format in [PictureFormat::Png, PictureFormat::Exr] {
+        assert!(encode_mask(format, 2, 2, &shares).is_err(), "{format:?}");
+    }
+    assert!(encode_mask(PictureFormat::Jpeg, 3, 1, &shares).is_err());
 }
 
 #[test]

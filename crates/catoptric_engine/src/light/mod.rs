@@ -3,6 +3,7 @@
 pub mod bodies;
 pub mod bumps;
 pub mod cube_map;
+pub mod first_surfaces;
 mod light_through;
 pub mod parallax_proxy;
 pub mod path_tracer;

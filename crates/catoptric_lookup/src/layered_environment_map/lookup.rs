@@ -85,7 +85,7 @@ impl LensShader<'_> {
     pub(super) fn look(&self, fragment: &Fragment<'_>, index: usize, waiting: &mut Waiting) -> ShadingRequest {
         let at = fragment.position;
         let Some(surface) = fragment.chain.first() else {
-            return ShadingRequest::Color(self.scene.background(self.rays.ray(at.x, at.y).direction));
+            return ShadingRequest::Color(self.scene.background_seen(self.rays.ray(at.x, at.y).direction));
         };
         let object = self.scene.triangle_objects[surface.source as usize];
         if !self.scene.role_of(object).is_specular() {

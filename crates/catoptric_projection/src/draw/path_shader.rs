@@ -276,7 +276,9 @@ impl<'a> PathShader<'a> {
     /// The radiance from a direction behind all that a fragment shows.
     #[inline]
     fn behind(&self, fragment: &Fragment<'_>, direction: Vec3, part: Part) -> Vec3 {
-        let Some(last) = fragment.chain.last() else { return self.scene.background(direction) };
+        let Some(last) = fragment.chain.last() else {
+            return self.scene.background_seen(direction);
+        };
         if let Some(far) = self.maps.far {
             let reflector = self.scene.triangle_objects[last.source as usize];
             return far.behind(self.scene, reflector, direction, || self.departure(fragment, Vec2::ZERO).1);

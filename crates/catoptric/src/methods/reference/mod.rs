@@ -272,6 +272,12 @@ fn draw_tile(
             paths.radiances(&rays, &near, &positions, footprint_scale, sums, |index, hit| {
                 objects[index] = hit.map(|hit| hit.object(job.scene));
             });
+            if job.scene.hides_background {
+                sums.iter_mut()
+                    .zip(&objects)
+                    .filter(|(_, object)| object.is_none())
+                    .for_each(|(sum, _)| *sum = Vec3::ZERO);
+            }
             let of_pixels = sums.chunks_exact(samples as usize).zip(objects.chunks_exact(samples as usize));
             for ((column, row), (sums, objects)) in places().zip(of_pixels) {
                 let mean = sums.iter().sum::<Vec3>() / samples as f32;
@@ -314,6 +320,16 @@ fn between_halves(samples: &[Vec3]) -> Vec3 {
     }
     let [a, b] = halves.map(|(sum, count)| (sum / count.max(1) as f32).min(Vec3::ONE));
     if samples.len() > 1 { (a - b) * 0.5 } else { Vec3::ZERO }
+}
+
+/// The position in the picture, in pixels, of a sample of a pixel of so many.
+pub fn sample_place(settings: &ReferenceSettings, pixel: [u32; 2], sample: u32, samples: u32) -> Vec2 {
+    let pattern = match settings.samples {
+        SamplePlacement::Pattern => sample_positions(samples).ok().and_then(|pattern| pattern.get(sample as usize)),
+        SamplePlacement::Random => None,
+    };
+    let offset = pattern.copied().unwrap_or_else(|| stratified(settings.seed, pixel, sample, samples.max(1)));
+    Vec2::new(pixel[0] as f32, pixel[1] as f32) + offset
 }
 
 /// A jittered position in the pixel: one sample in each cell of a grid with as many cells as samples, or a few more.

@@ -196,7 +196,7 @@ impl SequenceRecipe {
         baked::check_methods(&shelf, &[method])?;
         let hashes = shelf.files().map(|(_, file)| file.plan_hash().to_string()).collect();
         let quality = Quality { samples: *samples, order };
-        let shot = Shot::of(model, moment, (view, *motion, *frames), quality, shelf, progress)?;
+        let shot = Shot::of(model, moment, (view, *motion, (*frames).into()), quality, shelf, progress)?;
         let chosen = settings::choose_baked(method, given, &shot)?;
         if let Some(unfit) = &chosen.unfit {
             return Err(Failure::input(unfit));

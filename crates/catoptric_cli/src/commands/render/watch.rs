@@ -23,8 +23,10 @@ const MAX_BYTES: u64 = 256 << 20;
 /// The longest name of a file.
 const MAX_NAME: usize = 1024;
 /// The kinds of files that scenes name.
-const KINDS: [&str; 13] =
-    ["glb", "gltf", "bin", "obj", "mtl", "toml", "hdr", "exr", "png", "jpg", "jpeg", "webp", "ktx2"];
+const KINDS: [&str; 17] = [
+    "glb", "gltf", "bin", "obj", "mtl", "ply", "stl", "toml", "hdr", "exr", "png", "jpg", "jpeg", "webp", "tga", "bmp",
+    "ktx2",
+];
 
 /// The time of a file's last change and its size; none where there is no such file.
 type Stamp = Option<(SystemTime, u64)>;

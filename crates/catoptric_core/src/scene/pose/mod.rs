@@ -414,6 +414,7 @@ impl<'a> SceneBuilder<'a> {
                 origin: model.origin,
                 region: model.region_about_origin(),
                 ends_in_environment: model.ends_in_environment,
+                hides_background: model.hides_background,
                 bounds: Aabb::EMPTY,
                 ..Scene::default()
             },

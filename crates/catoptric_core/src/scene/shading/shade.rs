@@ -328,6 +328,12 @@ impl Scene {
     pub fn background(&self, direction: Vec3) -> Vec3 {
         self.environment.as_ref().map_or(Vec3::ZERO, |environment| environment.radiance(direction))
     }
+
+    /// What the eye sees in a direction of unit length where nothing stands before it.
+    #[inline(always)]
+    pub fn background_seen(&self, direction: Vec3) -> Vec3 {
+        if self.hides_background { Vec3::ZERO } else { self.background(direction) }
+    }
 }
 
 impl Material {

@@ -5,7 +5,7 @@ use super::Camera;
 use crate::math::Aabb;
 use crate::math::portable::PortableMath;
 use crate::parallel;
-use glam::{Mat3A, Vec3, Vec3A};
+use glam::{Mat3A, Vec3, Vec3A, Vec3Swizzles};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// The vertical field of view from outside, and from within what surrounds the eye.
@@ -23,31 +23,53 @@ impl Scene {
     /// height of a picture of this shape (width by height). A scene that surrounds its middle is seen from within.
     pub fn framing(&self, aspect_ratio: f32) -> Camera {
         let aspect_ratio = if aspect_ratio.is_finite() { aspect_ratio.clamp(1e-3, 1e3) } else { 1.0 };
-        self.within().unwrap_or_else(|| self.outside(aspect_ratio))
+        self.within().unwrap_or_else(|| self.outside(aspect_ratio, FOV_DEG, false))
     }
 
-    fn outside(&self, aspect_ratio: f32) -> Camera {
+    /// A camera that still shows the whole scene when it is turned to any side about the upright line through the
+    /// middle of the scene's box: what the scene sweeps as it turns fills four fifths of the width or height of a
+    /// picture of this shape (width by height). Within a scene that surrounds its middle it looks at the middle. The
+    /// field of view is vertical, in degrees; `None`: as [`Self::framing`] has it.
+    pub fn framing_all_round(&self, aspect_ratio: f32, fov_deg: Option<f32>) -> Camera {
+        let aspect_ratio = if aspect_ratio.is_finite() { aspect_ratio.clamp(1e-3, 1e3) } else { 1.0 };
+        if self.within().is_none() {
+            return self.outside(aspect_ratio, fov_deg.unwrap_or(FOV_DEG), true);
+        }
+        let (center, size) = (self.bounds.center(), self.bounds.size());
+        let eye = center + Vec3::Z * (0.75 * 0.5 * size.x.min(size.z));
+        Camera::look_at("framing", eye, center, Vec3::Y, fov_deg.unwrap_or(FOV_WITHIN_DEG))
+    }
+
+    /// From a little above, of the scene as it stands, or of all that it sweeps as it turns about its middle.
+    fn outside(&self, aspect_ratio: f32, fov_deg: f32, turns: bool) -> Camera {
         let center = self.bounds.center();
         let size = match self.bounds.diagonal() {
             size if size > 0.0 && size.is_finite() => size,
             _ => 1.0,
         };
         let towards_eye = Vec3::new(0.45, 0.3, 0.85).normalize();
-        let mut camera = Camera::look_at("framing", center + towards_eye * size, center, Vec3::Y, FOV_DEG);
+        let mut camera = Camera::look_at("framing", center + towards_eye * size, center, Vec3::Y, fov_deg);
         // In units of the scene's size, so that all sizes are framed alike.
         let axes = camera.world_from_camera.matrix3.transpose();
-        let tangent = (FOV_DEG.to_radians() * 0.5).tangent() * FILLED;
+        let tangent = (fov_deg.to_radians() * 0.5).tangent() * FILLED;
         let tangents = [tangent * aspect_ratio, tangent];
         // Planes through the picture's four edges, pushed to the outermost point: the frustum's tip is where they meet.
         let mut outermost = [f32::NEG_INFINITY; 4];
         let mut nearest = f32::NEG_INFINITY;
+        let towards = camera.world_from_camera.matrix3;
         for corner in self.triangles.iter().flatten() {
-            let at = axes * Vec3A::from((self.positions[*corner as usize] - center) / size);
-            nearest = nearest.max(at.z);
+            let offset = (self.positions[*corner as usize] - center) / size;
+            let at = axes * Vec3A::from(offset);
+            // The farthest that a point on a circle about the upright line comes.
+            let turned = |along: Vec3A| along.y * offset.y + along.xz().length() * offset.xz().length();
+            nearest = nearest.max(if turns { turned(towards.z_axis) } else { at.z });
             for (axis, tangent) in tangents.into_iter().enumerate() {
                 for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
                     let plane = &mut outermost[2 * axis + side];
-                    *plane = plane.max(sign * at[axis] + tangent * at.z);
+                    *plane = plane.max(match turns {
+                        true => turned(towards.col(axis) * sign + towards.z_axis * tangent),
+                        false => sign * at[axis] + tangent * at.z,
+                    });
                 }
             }
         }

@@ -71,7 +71,7 @@ fn save_picture(viewer: &mut Viewer, kind: &'static str) {
                 let rgb: Vec<u8> = rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
                 encode_rgb8(width, height, &rgb)
             }
-            (Some(format), Some(linear)) => encode(format, &linear),
+            (Some(format), Some(linear)) if format.is_linear() => encode(format, &linear),
             _ => return Err(format!("{}: use a name that ends in .png or .exr", path.display())),
         };
         content.map_err(|error| format!("{}: {error}", path.display()))
