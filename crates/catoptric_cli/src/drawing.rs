@@ -199,8 +199,8 @@ impl<'a> Shot<'a> {
 
     /// From now on the eye sees black where nothing stands before it.
     pub(crate) fn hide_background(&mut self) {
-        self.model.hides_background = true;
-        Arc::make_mut(&mut self.scene).hides_background = true;
+        self.model.backdrop = Some(Vec3::ZERO);
+        Arc::make_mut(&mut self.scene).backdrop = Some(Vec3::ZERO);
     }
 
     /// The scene of a frame.

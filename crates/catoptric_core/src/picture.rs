@@ -29,8 +29,8 @@ pub fn read(path: &Path) -> Result<Framebuffer, SceneError> {
         .map_err(invalid)
 }
 
-/// Reads one channel of an OpenEXR picture, the first of these names that it has: width, height and values, rows from
-/// the top.
+/// Reads one channel of an OpenEXR picture, the first of these names that it has, with or without the name of a layer
+/// before it: width, height and values, rows from the top.
 ///
 /// # Errors
 /// [`SceneError::Read`], and [`SceneError::Invalid`] for other pictures and those without such a channel.
@@ -54,7 +54,7 @@ fn channel_of(bytes: &[u8], names: &[&str]) -> Result<(u32, u32, Vec<f32>), Stri
     let layer = &image.layer_data;
     let channels = &layer.channel_data.list;
     // Renderers put the layer's name before the channel's, and a point.
-    let is_named = |name: &str, wanted: &str| name.rsplit('.').next() == Some(wanted);
+    let is_named = |name: &str, wanted: &str| name == wanted || name.rsplit('.').next() == Some(wanted);
     let found = names.iter().find_map(|wanted| channels.iter().find(|it| is_named(&it.name.to_string(), wanted)));
     let channel = found.ok_or_else(|| format!("has no channel named {}", names.join(", ")))?;
     let (width, height) = (layer.size.width(), layer.size.height());

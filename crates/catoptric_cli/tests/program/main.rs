@@ -8,6 +8,8 @@ mod frames;
 mod help;
 mod messages;
 mod outputs;
+mod pictures;
 mod project;
 mod render;
+mod sequences;
 mod workplace;

@@ -24,7 +24,8 @@ fn render_writes_a_picture_its_mask_and_its_numbers() {
     let mask = catoptric::picture::read(&place.path("mask.png")).unwrap();
     let white = mask.pixels.iter().filter(|pixel| pixel[0] == 1.0).count();
     let black = mask.pixels.iter().filter(|pixel| pixel[0] == 0.0).count();
-    assert!(white > 100 && black > 100 && white + black == 64 * 48, "{white} white, {black} black");
+    let grey = 64 * 48 - white - black;
+    assert!(white > 100 && black > 100 && grey > 10 && grey < 150, "{white} white, {black} black");
 
     let stats = place.json("stats.json");
     for key in [
@@ -146,8 +147,8 @@ fn wrong_usage_ends_with_2() {
         (&["--nonsense"], "--nonsense"),
     ];
     place.names_faults(2, &RENDER, &faults);
-    let message = place.fails(2, &["render", "scene.toml", "-o", "out.jpg"]);
-    assert!(message.contains(".png or .exr"), "{message}");
+    let message = place.fails(2, &["render", "scene.toml", "-o", "out.bmp"]);
+    assert!(message.contains(".png, .jpg, .webp or .exr"), "{message}");
     assert!(!place.run(&["render", "scene.toml"]).status.success());
     assert_eq!(place.run(&[]).status.code(), Some(2));
 }

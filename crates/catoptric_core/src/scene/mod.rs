@@ -93,9 +93,9 @@ pub struct Scene {
     /// What a mirror or lens shows at the last event that a path may have: light from infinity, as if nothing stood
     /// before it; otherwise nothing. Look-ups show nothing.
     pub ends_in_environment: bool,
-    /// The eye sees black where nothing stands before it; mirrors, glass and surfaces see the light from infinity
-    /// still.
-    pub hides_background: bool,
+    /// What the eye sees where nothing stands before it, in place of the light from infinity, which mirrors, glass and
+    /// surfaces see still.
+    pub backdrop: Option<Vec3>,
     /// Cameras; the first is the default.
     pub cameras: Vec<Camera>,
     /// The box around everything.

@@ -40,8 +40,8 @@ pub struct Model {
     pub environment: Option<Arc<Environment>>,
     /// What [`Scene::ends_in_environment`](super::Scene::ends_in_environment) is to be.
     pub ends_in_environment: bool,
-    /// What [`Scene::hides_background`](super::Scene::hides_background) is to be.
-    pub hides_background: bool,
+    /// What [`Scene::backdrop`](super::Scene::backdrop) is to be.
+    pub backdrop: Option<Vec3>,
     /// Cameras; the first is the default.
     pub cameras: Vec<CameraAsset>,
     /// The region in which reflectors or views may move (for baking).

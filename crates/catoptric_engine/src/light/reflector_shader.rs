@@ -15,7 +15,7 @@ pub trait ReflectorShader: Sync {
     /// The radiance of what lies behind all that is drawn, along a ray from the eye.
     fn behind(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
         let _ = change;
-        scene.background_seen(ray.direction)
+        scene.background(ray.direction)
     }
 }
 

@@ -22,6 +22,8 @@ pub struct LookupShader<'a, L> {
     pub rays: ViewRays,
     /// Shading of reflectors and lenses.
     pub reflectors: &'a L,
+    /// What is seen in place of what lies behind all that is drawn.
+    pub backdrop: Option<Vec3>,
 }
 
 impl<L: ReflectorShader> LookShader for LookupShader<'_, L> {
@@ -33,6 +35,9 @@ impl<L: ReflectorShader> LookShader for LookupShader<'_, L> {
     fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest {
         let at = fragment.position;
         let Some(surface) = fragment.chain.first() else {
+            if let Some(backdrop) = self.backdrop {
+                return ShadingRequest::Color(backdrop);
+            }
             let (ray, change) = self.rays.ray_with_differential(at.x, at.y);
             return ShadingRequest::Color(self.reflectors.behind(self.scene, &ray, &change));
         };
@@ -67,7 +72,8 @@ pub fn draw(
     let list = raster::scene_draw_list(job.scene, job.view, |object| is_wanted(object).then_some(0));
     report.stages_ms.push(("project", watch.lap_ms()));
     report.counts.insert("vertices_projected", list.vertices.len() as u64);
-    let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors };
+    let backdrop = job.scene.backdrop;
+    let shader = LookupShader { scene: job.scene, rays: job.view.rays(), reflectors, backdrop };
     report.add_raster(&raster::draw(job.view, job.quality.samples, &[list], &shader, target, job.progress)?);
     Ok(report)
 }

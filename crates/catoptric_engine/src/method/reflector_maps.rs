@@ -320,7 +320,8 @@ impl ReflectorMaps {
         let cube = match settings.source {
             MapSource::Background => None,
             MapSource::Capture => {
-                let shader = |view: &View| LookupShader { scene, rays: view.rays(), reflectors: &*self };
+                let reflectors = &*self;
+                let shader = |view: &View| LookupShader { scene, rays: view.rays(), reflectors, backdrop: None };
                 let pictures = face_pictures(settings, scene, center, |other| !around.contains(&other), shader)?;
                 self.captured_faces += 6;
                 Some(Arc::new(CubeMap::new(settings.size, pictures)))

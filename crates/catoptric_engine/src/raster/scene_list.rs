@@ -245,7 +245,7 @@ impl LookShader for SceneShader<'_> {
     fn look(&self, fragment: &Fragment<'_>) -> ShadingRequest {
         let ray = self.rays.ray(fragment.position.x, fragment.position.y);
         let Some(surface) = fragment.chain.first() else {
-            return ShadingRequest::Color(self.scene.background_seen(ray.direction));
+            return ShadingRequest::Color(self.scene.background(ray.direction));
         };
         let object = self.scene.triangle_objects[surface.source as usize];
         if self.scene.role_of(object).is_specular() {

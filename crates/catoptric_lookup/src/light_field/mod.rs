@@ -401,7 +401,7 @@ impl ReflectorShader for FieldShader<'_> {
     fn behind(&self, scene: &Scene, ray: &Ray, change: &RayDifferential) -> Vec3 {
         match self.behind {
             Some(slabs) => RadianceField::radiance(slabs, scene, ray, Some(change)),
-            None => scene.background_seen(ray.direction),
+            None => scene.background(ray.direction),
         }
     }
 }

@@ -209,7 +209,7 @@ impl FarMap {
     fn capture(scene: &Scene, source: MapSource) -> Result<Self, RenderError> {
         let (settings, center) = (capture_settings(source.size), source.center);
         let is_far = |object: u32| source.objects.binary_search_by_key(&object, |(far, _)| *far).is_ok();
-        let colors = |view: &View| LookupShader { scene, rays: view.rays(), reflectors: &Black };
+        let colors = |view: &View| LookupShader { scene, rays: view.rays(), reflectors: &Black, backdrop: None };
         let mut pictures = face_pictures(&settings, scene, center, is_far, colors)?;
         // Without an environment nothing is seen between the objects.
         if scene.environment.is_some() {

@@ -272,11 +272,9 @@ fn draw_tile(
             paths.radiances(&rays, &near, &positions, footprint_scale, sums, |index, hit| {
                 objects[index] = hit.map(|hit| hit.object(job.scene));
             });
-            if job.scene.hides_background {
-                sums.iter_mut()
-                    .zip(&objects)
-                    .filter(|(_, object)| object.is_none())
-                    .for_each(|(sum, _)| *sum = Vec3::ZERO);
+            if let Some(backdrop) = job.scene.backdrop {
+                let behind = sums.iter_mut().zip(&objects).filter(|(_, object)| object.is_none());
+                behind.for_each(|(sum, _)| *sum = backdrop);
             }
             let of_pixels = sums.chunks_exact(samples as usize).zip(objects.chunks_exact(samples as usize));
             for ((column, row), (sums, objects)) in places().zip(of_pixels) {

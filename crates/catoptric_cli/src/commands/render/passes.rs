@@ -7,21 +7,20 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::light::first_surfaces::{FirstSurfaces, SeenPoint};
 use catoptric::light::tracer::Tracer;
 use catoptric::methods::reference::{ReferenceSettings, sample_place};
-use catoptric::methods::{self, Prepared, Quality, Settings};
+use catoptric::methods::{Prepared, Quality, Settings};
 use catoptric::picture::{Channel, ChannelValues};
 use catoptric::progress::Silent;
-use catoptric::scene::Scene;
+use catoptric::scene::{Scene, View};
 use glam::Vec3;
 use serde_json::json;
 use std::sync::Arc;
 
 /// Passes of the frames of one method; what holds for a scene is kept for the next frame.
-pub(super) struct Passes {
+pub(super) struct Passes<'a> {
+    chosen: &'a Chosen,
     quality: Quality,
-    /// How the method places its samples.
+    /// How the reference places its samples; all methods place theirs as it does by default.
     placement: ReferenceSettings,
-    /// The method without mirrors and glass, and its settings.
-    direct: (&'static str, toml::Table),
     of_scene: Option<OfScene>,
 }
 
@@ -30,18 +29,16 @@ struct OfScene {
     tracer: Tracer,
     /// Draws what is seen directly.
     direct: Option<Box<dyn Prepared>>,
+    /// Draws all before white.
+    on_white: Option<Box<dyn Prepared>>,
 }
 
-impl Passes {
-    pub(super) fn new(chosen: &Chosen, quality: Quality) -> Result<Self, Failure> {
-        // All others place their samples as the reference does by default, and draw what is seen directly alike.
-        let direct = match chosen.info.id {
-            "reference" => ("reference", chosen.settings.clone()),
-            _ => ("auto", toml::Table::new()),
-        };
-        let placement = if direct.0 == "reference" { direct.1.clone() } else { toml::Table::new() };
-        let placement = ReferenceSettings::from_table(&placement).map_err(Failure::usage)?;
-        Ok(Self { quality, placement, direct, of_scene: None })
+impl<'a> Passes<'a> {
+    pub(super) fn new(chosen: &'a Chosen, quality: Quality) -> Result<Self, Failure> {
+        let default = toml::Table::new();
+        let settings = if chosen.info.id == "reference" { &chosen.settings } else { &default };
+        let placement = ReferenceSettings::from_table(settings).map_err(Failure::usage)?;
+        Ok(Self { chosen, quality, placement, of_scene: None })
     }
 
     fn of_scene(&mut self, scene: &Arc<Scene>) -> &mut OfScene {
@@ -50,16 +47,42 @@ impl Passes {
             scene: scene.clone(),
             tracer: Tracer::build(scene, |_| true),
             direct: None,
+            on_white: None,
         }))
     }
 
-    /// The share of each pixel's samples that show a surface first, of all or of reflectors and lenses alone.
-    pub(super) fn shares(&mut self, drawing: &Drawing, is_specular: bool) -> Vec<f32> {
+    /// The share of each pixel's samples that show a reflector or lens first.
+    pub(super) fn mask(&mut self, drawing: &Drawing) -> Vec<f32> {
+        self.shares(drawing, |scene, object| scene.role_of(object).is_specular())
+    }
+
+    fn shares(&mut self, drawing: &Drawing, is_wanted: impl Fn(&Scene, u32) -> bool + Sync) -> Vec<f32> {
         let (samples, placement) = (self.quality.samples, self.placement.clone());
         let OfScene { scene, tracer, .. } = self.of_scene(&drawing.scene);
         let place = |pixel: [u32; 2], sample: u32| sample_place(&placement, pixel, sample, samples);
-        let is_wanted = |object: u32| !is_specular || scene.role_of(object).is_specular();
-        FirstSurfaces::new(scene, tracer, &drawing.view).shares(samples, place, is_wanted)
+        FirstSurfaces::new(scene, tracer, &drawing.view).shares(samples, place, |object| is_wanted(scene, object))
+    }
+
+    /// The share of each pixel that shows a surface, of a frame before black.
+    pub(super) fn coverage(&mut self, drawing: &Drawing) -> Result<Vec<f32>, Failure> {
+        if self.chosen.info.id == "reference" {
+            return Ok(self.shares(drawing, |_, _| true));
+        }
+        // Others draw triangles where rays meet exact surfaces: the difference before white is the share that they
+        // leave (Smith, Blinn 1996).
+        let (chosen, quality) = (self.chosen, self.quality);
+        let on_white = &mut self.of_scene(&drawing.scene).on_white;
+        if on_white.is_none() {
+            let scene = Scene { backdrop: Some(Vec3::ONE), ..(*drawing.scene).clone() };
+            *on_white = Some(chosen.method.prepare(&Arc::new(scene), quality, chosen.bake.clone(), &Silent)?);
+        }
+        let on_white = drawn(on_white, &drawing.view)?;
+        let samples = quality.samples as f32;
+        let share = |(white, black): (&[f32; 4], &[f32; 4])| {
+            let uncovered = (0..3).map(|channel| white[channel] - black[channel]).sum::<f32>() / 3.0;
+            ((1.0 - uncovered) * samples).round().clamp(0.0, samples) / samples
+        };
+        Ok(on_white.pixels.iter().zip(&drawing.picture.pixels).map(share).collect())
     }
 
     /// The channels of all layers, and what they hold, as JSON. Distances are in scene units.
@@ -101,21 +124,23 @@ impl Passes {
 
     /// The frame with black mirrors and glass.
     fn direct(&mut self, drawing: &Drawing) -> Result<Framebuffer, Failure> {
-        let (id, settings) = self.direct.clone();
-        let quality = Quality { order: 0, ..self.quality };
-        let of_scene = self.of_scene(&drawing.scene);
-        if of_scene.direct.is_none() {
+        let (chosen, quality) = (self.chosen, Quality { order: 0, ..self.quality });
+        let direct = &mut self.of_scene(&drawing.scene).direct;
+        if direct.is_none() {
             let scene = Scene { ends_in_environment: false, ..(*drawing.scene).clone() };
-            let method = methods::create(id, &settings)?;
-            of_scene.direct = Some(method.prepare(&Arc::new(scene), quality, None, &Silent)?);
+            *direct = Some(chosen.method.prepare(&Arc::new(scene), quality, chosen.bake.clone(), &Silent)?);
         }
-        let view = &drawing.view;
-        let mut picture = Framebuffer::new(view.width, view.height);
-        if let Some(direct) = &mut of_scene.direct {
-            direct.frame(view, &Silent)?.draw(&mut picture, &Silent)?;
-        }
-        Ok(picture)
+        drawn(direct, &drawing.view)
     }
+}
+
+/// A view by a prepared method.
+fn drawn(prepared: &mut Option<Box<dyn Prepared>>, view: &View) -> Result<Framebuffer, Failure> {
+    let mut picture = Framebuffer::new(view.width, view.height);
+    if let Some(prepared) = prepared {
+        prepared.frame(view, &Silent)?.draw(&mut picture, &Silent)?;
+    }
+    Ok(picture)
 }
 
 /// A picture without its background: each pixel's coverage is its share of what is seen, by which its colour is

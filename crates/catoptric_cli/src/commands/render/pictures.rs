@@ -18,7 +18,7 @@ use std::ops::ControlFlow;
 pub(super) struct Pictures<'a> {
     pub(super) args: &'a RenderArgs,
     pub(super) plan: &'a Plan,
-    pub(super) passes: Passes,
+    pub(super) passes: Passes<'a>,
     /// That of the first frame, for all of them.
     pub(super) display: Option<Display>,
 }
@@ -28,7 +28,7 @@ impl Pictures<'_> {
     pub(super) fn write(&mut self, frame: u32, drawing: &Drawing) -> Result<ControlFlow<()>, Failure> {
         let bytes = self.encoded(drawing)?;
         if let Some(output) = self.plan.mask(self.args, frame) {
-            let shares = self.passes.shares(drawing, true);
+            let shares = self.passes.mask(drawing);
             let ([width, height], shares) = self.part_of(drawing, shares);
             let format = output.path().and_then(PictureFormat::from_path).unwrap_or(PictureFormat::Png);
             output.write(|writer| writer.write_all(&picture::encode_mask(format, width, height, &shares)?))?;
@@ -50,7 +50,7 @@ impl Pictures<'_> {
         let (args, format) = (&self.args.picture, self.plan.format);
         let mut picture = Cow::Borrowed(&drawing.picture);
         if args.transparent {
-            picture = Cow::Owned(cut_out(&drawing.picture, &self.passes.shares(drawing, false)));
+            picture = Cow::Owned(cut_out(&drawing.picture, &self.passes.coverage(drawing)?));
         }
         let fail = |error: io::Error| Failure::input(format!("{}: {error}", self.args.output.output_name()));
         if format.is_linear() {

@@ -132,6 +132,9 @@ fn format(args: &RenderArgs) -> Result<PictureFormat, Failure> {
         if is_given && args.draw.backend == Backend::Gpu {
             return Err(Failure::usage(format!("{option} is drawn on the CPU alone; leave --backend gpu out")));
         }
+        if is_given && args.draw.budget_ms.is_some() {
+            return Err(Failure::usage(format!("{option} takes two drawings of a frame; leave --budget-ms out")));
+        }
     }
     Ok(match format {
         PictureFormat::Png if picture.bits == Some(Bits::Sixteen) => PictureFormat::Png16,

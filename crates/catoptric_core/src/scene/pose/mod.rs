@@ -414,7 +414,7 @@ impl<'a> SceneBuilder<'a> {
                 origin: model.origin,
                 region: model.region_about_origin(),
                 ends_in_environment: model.ends_in_environment,
-                hides_background: model.hides_background,
+                backdrop: model.backdrop,
                 bounds: Aabb::EMPTY,
                 ..Scene::default()
             },

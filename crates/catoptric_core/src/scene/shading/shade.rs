@@ -332,7 +332,7 @@ impl Scene {
     /// What the eye sees in a direction of unit length where nothing stands before it.
     #[inline(always)]
     pub fn background_seen(&self, direction: Vec3) -> Vec3 {
-        if self.hides_background { Vec3::ZERO } else { self.background(direction) }
+        self.backdrop.unwrap_or_else(|| self.background(direction))
     }
 }
 

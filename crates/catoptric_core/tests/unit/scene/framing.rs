@@ -2,7 +2,7 @@
 
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::{Scene, View};
-use glam::Vec3;
+use glam::{Affine3A, Vec3, Vec3Swizzles};
 
 /// A scene of triangles alone, its fronts outwards.
 fn boxes(boxes: &[Aabb], is_room: bool) -> Scene {
@@ -45,6 +45,34 @@ fn the_silhouette_fills_four_fifths_of_one_side_at_any_size_and_place() {
             }
         }
     }
+}
+
+#[test]
+fn what_turns_stays_in_the_picture_all_around() {
+    let table = Aabb { min: Vec3::new(3.0, -1.0, 5.0), max: Vec3::new(7.0, 0.5, 5.4) };
+    let scene = boxes(&[table, Aabb { min: Vec3::new(3.0, 0.5, 5.0), max: Vec3::new(3.2, 2.0, 5.2) }], false);
+    let center = scene.bounds.center();
+    for ([width, height], fov_deg) in [([640, 480], None), ([1920, 400], Some(70.0)), ([300, 900], Some(15.0))] {
+        let camera = scene.framing_all_round(width as f32 / height as f32, fov_deg);
+        let mut swept = Aabb::EMPTY;
+        for degree in 0..360 {
+            let turn = Affine3A::from_rotation_y((degree as f32).to_radians());
+            let turned = |point: Vec3| center + turn.transform_vector3(point - center);
+            let view = View::new(&camera, width, height, 0.0);
+            for at in &scene.positions {
+                swept = swept.union(&Aabb::around([view.pixel_of(turned(*at)).unwrap().extend(0.0)]));
+            }
+        }
+        let size = Vec3::new(width as f32, height as f32, 1.0);
+        let (min, max) = (swept.min / size, swept.max / size);
+        let filled = (max - min).max_element();
+        assert!((filled - 0.8).abs() < 2e-3, "{width}x{height}: {min} to {max}");
+        assert!(min.truncate().min_element() > 0.05 && max.truncate().max_element() < 0.95, "{min} to {max}");
+    }
+    // Within a room it looks at the middle, from a place that is never beyond a wall.
+    let room = Aabb { min: Vec3::new(-4.0, 0.0, -2.0), max: Vec3::new(4.0, 3.0, 2.0) };
+    let eye: Vec3 = boxes(&[room], true).framing_all_round(1.5, None).world_from_camera.translation.into();
+    assert!(eye.xz().length() < 2.0 && eye.y == 1.5, "{eye}");
 }
 
 #[test]
