@@ -108,8 +108,8 @@ fn a_region_has_the_pixels_of_the_whole_picture() {
 #[test]
 fn what_is_cut_out_over_its_background_is_the_picture() {
     let place = Workplace::with_sky();
-    for method in place.listed(&["methods", "--json"]).as_array().unwrap() {
-        let id = method["id"].as_str().unwrap();
+    // One of each kind of shader.
+    for id in ["reference", "auto", "environment_map", "layered_environment_map", "planar_mirror"] {
         let whole = place.drawn("whole.exr", &["--method", id]);
         let cut = place.drawn("cut.exr", &["--method", id, "--transparent"]);
         let alphas = || cut.pixels.iter().map(|pixel| pixel[3]);
