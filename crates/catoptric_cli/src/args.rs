@@ -2,12 +2,14 @@
 
 mod choice;
 mod pictures;
+mod sequence;
 mod submit;
 mod tools;
 mod variables;
 
 pub(crate) use choice::ChoiceArgs;
 pub(crate) use pictures::{Bits, PictureArgs, SequenceArgs};
+pub(crate) use sequence::{Sequence, turn_about};
 pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
 pub(crate) use submit::Engine;
@@ -337,8 +339,8 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
     pub(crate) set: Vec<(String, String)>,
     /// File of the picture: .png, .jpg or .webp (sRGB), or .exr (linear RGBA floats). A name such as frame-####.png or
-    /// frame-%04d.png has a place for the number of a frame: every frame is written. `-`: PNG to standard output, frames
-    /// of a range one after the other
+    /// frame-%04d.png has a place for the number of a frame: every frame is written. `-`: PNG to standard output,
+    /// frames of a range one after the other
     #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
     pub(crate) output: FileOrStream,

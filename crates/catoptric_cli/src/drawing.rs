@@ -1,10 +1,6 @@
 //! Draws the frames of one method and takes their times.
 
-mod sequence;
-
-pub(crate) use sequence::Sequence;
-
-use crate::args::{DrawArgs, Motion, SceneArgs, Shadows, ViewArgs};
+use crate::args::{DrawArgs, Motion, SceneArgs, Sequence, Shadows, ViewArgs, turn_about};
 use crate::backend::{Gpu, processor};
 use crate::baked;
 use crate::failure::Failure;
@@ -21,7 +17,6 @@ use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
 use catoptric_bake::Shelf;
 use clap::ArgMatches;
 use glam::Vec3;
-use sequence::{turn_about, up};
 use std::collections::BTreeMap;
 use std::f32::consts::TAU;
 use std::ops::ControlFlow;
@@ -392,6 +387,7 @@ impl<'a> Shot<'a> {
     /// The view of a frame.
     pub(crate) fn frame_view(&self, scene: &Scene, frame: u32) -> Result<View, Failure> {
         let [width, height] = self.view.size;
+        let up = self.view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
         let is_placed = self.view.eye.is_some() || self.view.camera.is_some();
         let mut camera = match self.sequence.turn {
             Some(_) if !is_placed => scene.framing_all_round(width as f32 / height as f32, self.view.fov),
@@ -399,13 +395,13 @@ impl<'a> Shot<'a> {
         };
         if let Some(count) = self.sequence.turn {
             let angle = TAU * frame as f32 / count as f32;
-            let turn = turn_about(scene.bounds.center(), up(self.view), angle);
+            let turn = turn_about(scene.bounds.center(), up, angle);
             camera.world_from_camera = turn * camera.world_from_camera;
         } else if self.motion == Motion::Eye {
             let angle = (frame as f32 * ORBIT_STEP_DEG).to_radians();
             let target = self.view.target.map(|target| (target - scene.origin).as_vec3());
             let pivot = target.unwrap_or_else(|| camera.point_looked_at(&scene.bounds));
-            camera.world_from_camera = turn_about(pivot, up(self.view), angle) * camera.world_from_camera;
+            camera.world_from_camera = turn_about(pivot, up, angle) * camera.world_from_camera;
         }
         Ok(scene.view(&camera, width, height))
     }

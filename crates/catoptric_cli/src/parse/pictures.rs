@@ -1,6 +1,5 @@
 //! Frames, the names of their files, and parts of pictures.
 
-use super::number;
 use std::path::{Path, PathBuf};
 
 /// The most frames of a sequence.
@@ -38,8 +37,10 @@ pub(crate) fn frames_wanted(text: &str) -> Result<FramesWanted, String> {
 }
 
 pub(crate) fn frames_per_second(text: &str) -> Result<f32, String> {
-    let count = number(text)?;
-    if (0.001..=10_000.0).contains(&count) { Ok(count) } else { Err("it must be 0.001 to 10000".into()) }
+    match text.trim().parse::<f32>() {
+        Ok(count) if (0.001..=10_000.0).contains(&count) => Ok(count),
+        _ => Err("it must be a number from 0.001 to 10000".into()),
+    }
 }
 
 /// The name of a frame's file with a place for its number: `frame-####.png` or `frame-%04d.png`.

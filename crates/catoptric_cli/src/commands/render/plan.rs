@@ -1,7 +1,7 @@
 //! Which frames of which files a command line asks for, before any work.
 
-use crate::args::{Backend, Bits, Motion, RenderArgs};
-use crate::drawing::{Sequence, Shot};
+use crate::args::{Backend, Bits, Motion, RenderArgs, Sequence};
+use crate::drawing::Shot;
 use crate::failure::Failure;
 use crate::parse::{FileOrStream, FramesWanted, NamePattern};
 use catoptric::picture::PictureFormat;

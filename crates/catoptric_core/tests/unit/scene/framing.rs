@@ -60,7 +60,7 @@ fn what_turns_stays_in_the_picture_all_around() {
             let turned = |point: Vec3| center + turn.transform_vector3(point - center);
             let view = View::new(&camera, width, height, 0.0);
             for at in &scene.positions {
-                swept = swept.union(&Aabb::around([view.pixel_of(turned(*at)).unwrap().extend(0.0)]));
+                swept = swept.with(view.pixel_of(turned(*at)).unwrap().extend(0.0));
             }
         }
         let size = Vec3::new(width as f32, height as f32, 1.0);

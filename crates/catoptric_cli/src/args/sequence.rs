@@ -1,6 +1,5 @@
 //! The frames that are drawn one after the other, and what moves between them.
 
-use crate::args::ViewArgs;
 use glam::{Affine3A, Quat, Vec3};
 use std::ops::Range;
 
@@ -35,18 +34,13 @@ impl Sequence {
     }
 
     /// The time of a frame, in seconds, where the first of all is at a time.
-    pub(super) fn time_of(&self, frame: u32, of_first: f32) -> f32 {
+    pub(crate) fn time_of(&self, frame: u32, of_first: f32) -> f32 {
         of_first + frame as f32 / self.frames_per_second
     }
 }
 
-/// The upright direction of a view.
-pub(super) fn up(view: &ViewArgs) -> Vec3 {
-    view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y)
-}
-
 /// A turn by an angle about a line through a point.
-pub(super) fn turn_about(pivot: Vec3, axis: Vec3, angle: f32) -> Affine3A {
+pub(crate) fn turn_about(pivot: Vec3, axis: Vec3, angle: f32) -> Affine3A {
     Affine3A::from_translation(pivot)
         * Affine3A::from_quat(Quat::from_axis_angle(axis, angle))
         * Affine3A::from_translation(-pivot)
