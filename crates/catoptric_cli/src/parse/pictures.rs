@@ -90,12 +90,13 @@ fn hashes(name: &str) -> Vec<(usize, usize, usize)> {
     runs
 }
 
-/// The same of numbers as in C: `%d`, `%4d`, `%04d`.
+/// The same of numbers as in C: `%d`, `%4d`, `%04d`, where no letter follows that would make it a word.
 fn percent(name: &str) -> Vec<(usize, usize, usize)> {
     let place = |(at, _): (usize, &str)| {
         let rest = &name[at + 1..];
         let length = rest.find(|letter: char| !letter.is_ascii_digit())?;
-        rest[length..].starts_with('d').then_some(())?;
+        let after = rest[length..].strip_prefix('d')?;
+        (!after.starts_with(char::is_alphabetic)).then_some(())?;
         let digits = if length == 0 { 1 } else { rest[..length].parse().ok()? };
         Some((at, at + length + 2, digits))
     };
