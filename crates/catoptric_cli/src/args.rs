@@ -171,10 +171,8 @@ pub(crate) struct SceneArgs {
     /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", display_order = 0)]
     pub(crate) scene: String,
-    /// Light from infinity: an equirectangular picture (.hdr or .exr), or `studio` [default: the scene's; a studio for
-    /// glTF and OBJ files without light that have mirrors or glass]
-    #[arg(long, value_name = "FILE", value_parser = parse::file(), display_order = 1)]
-    pub(crate) environment: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) environment: EnvironmentArgs,
     /// Make objects of this node or material name mirrors (repeat; later roles win)
     #[arg(long, value_name = "GLOB")]
     pub(crate) reflector: Vec<String>,
@@ -183,6 +181,23 @@ pub(crate) struct SceneArgs {
     pub(crate) shadows: Shadows,
     #[command(flatten)]
     pub(crate) pose: PoseArgs,
+}
+
+/// Light from infinity.
+#[derive(Args, Default)]
+#[command(next_help_heading = "Scene")]
+pub(crate) struct EnvironmentArgs {
+    /// Light from infinity: `studio`, `sky` (clear, with the sun), or an equirectangular picture: .hdr, .exr (also cube
+    /// maps), or 8-bit .png, .jpg, .webp [default: the scene's; a studio for glTF and OBJ files without light that have
+    /// mirrors or glass]
+    #[arg(long, value_name = "NAME or FILE", value_parser = parse::file(), display_order = 1)]
+    pub(crate) environment: Option<PathBuf>,
+    /// Turn the environment about the vertical axis y, counter-clockwise seen from above, in degrees
+    #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, display_order = 1)]
+    pub(crate) environment_rotation: Option<f64>,
+    /// Multiply the environment's light by this, 0 or more
+    #[arg(long, value_name = "FACTOR", value_parser = parse::strength, allow_hyphen_values = true, display_order = 1)]
+    pub(crate) environment_strength: Option<f64>,
 }
 
 /// Bodies of glass without a volume.

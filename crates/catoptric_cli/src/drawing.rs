@@ -128,8 +128,7 @@ impl<'a> Shot<'a> {
         let bake_open_ms = milliseconds(start);
         let roles = scene_source::roles(args, options)?;
         let start = Instant::now();
-        let mut model =
-            scene_source::load(&args.scene, &args.pose.choice, args.environment.as_deref(), !roles.is_empty())?;
+        let mut model = scene_source::load(&args.scene, &args.pose.choice, &args.environment, !roles.is_empty())?;
         scene_source::check_strictly(draw, &model)?;
         let remark = scene_source::remark_on_glass(draw, &mut model);
         model.warnings.extend(remark);

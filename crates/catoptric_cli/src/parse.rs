@@ -7,7 +7,9 @@ pub(crate) use pictures::{FramesWanted, NamePattern, Region, frames_per_second, 
 pub(crate) use stream::{FileOrStream, file, file_or_stream, place};
 
 use catoptric::picture::PictureFormat;
+use catoptric_scenes::import::EnvironmentEdit;
 use glam::{DVec3, Vec3};
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -37,6 +39,25 @@ pub(crate) fn number(text: &str) -> Result<f32, String> {
     match text.trim().parse::<f32>() {
         Ok(value) if value.abs() <= MAX_NUMBER => Ok(value),
         Ok(_) => Err(format!("`{text}` is not between -1e9 and 1e9")),
+        Err(_) => Err(format!("`{text}` is not a number")),
+    }
+}
+
+/// An angle by which the environment is turned, in degrees.
+pub(crate) fn rotation(text: &str) -> Result<f64, String> {
+    let most = EnvironmentEdit::MOST_ROTATION_DEG;
+    number_within(text, -most..=most)
+}
+
+/// A factor for the environment's light.
+pub(crate) fn strength(text: &str) -> Result<f64, String> {
+    number_within(text, 0.0..=EnvironmentEdit::MOST_STRENGTH)
+}
+
+fn number_within(text: &str, allowed: RangeInclusive<f64>) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if allowed.contains(&value) => Ok(value),
+        Ok(_) => Err(format!("`{text}` is not between {} and {}", allowed.start(), allowed.end())),
         Err(_) => Err(format!("`{text}` is not a number")),
     }
 }

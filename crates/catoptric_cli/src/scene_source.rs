@@ -1,6 +1,6 @@
 //! From the word SCENE and the options about it to a model.
 
-use crate::args::{ChoiceArgs, DrawArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
+use crate::args::{ChoiceArgs, DrawArgs, EnvironmentArgs, PoseArgs, SceneArgs, Shadows, ThinGlass};
 use crate::failure::Failure;
 use crate::settings;
 use catoptric::error::{RenderError, SceneError};
@@ -9,20 +9,18 @@ use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Lobes, Model, PoseMemory, PoseOptions, Role, Scene};
-use catoptric_scenes::{builtin, import, light_if_dark, studio};
+use catoptric_scenes::import::EnvironmentEdit;
+use catoptric_scenes::{builtin, import, light_if_dark};
 use clap::ArgMatches;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The environment that needs no file.
-pub(crate) const STUDIO: &str = "studio";
-
-/// The model that SCENE names, with the variant that is chosen and the environment of `--environment`. Files from other
-/// programs that bring no light are lit by a studio if they have mirrors or glass, or roles are given.
+/// The model that SCENE names, with the variant that is chosen and the environment that the options want. Files from
+/// other programs that bring no light are lit by a studio if they have mirrors or glass, or roles are given.
 pub(crate) fn load(
     scene: &str,
     choice: &ChoiceArgs,
-    environment: Option<&Path>,
+    options: &EnvironmentArgs,
     has_roles: bool,
 ) -> Result<Model, Failure> {
     let variant = choice.variant.as_deref();
@@ -36,14 +34,18 @@ pub(crate) fn load(
             error => error.into(),
         })?,
     };
-    if let Some(path) = environment {
-        let is_studio = path.as_os_str() == STUDIO;
-        let environment = if is_studio { studio() } else { import::load_environment(path)? };
-        model.environment = Some(Arc::new(environment));
+    if let Some(path) = &options.environment {
+        model.environment = Some(Arc::new(import::load_environment(path, &mut model.warnings)?));
     }
     let is_own = scene.starts_with("builtin:") || Path::new(scene).extension().is_some_and(|kind| kind == "toml");
     if !is_own {
         light_if_dark(&mut model, has_roles);
+    }
+    let (rotation_deg, strength) = (options.environment_rotation, options.environment_strength);
+    if !(EnvironmentEdit { rotation_deg, strength }).apply(&mut model) {
+        let option = if rotation_deg.is_some() { "rotation" } else { "strength" };
+        let problem = "the scene has no environment; give one by --environment";
+        return Err(Failure::input(format!("{}: --environment-{option}: {problem}", model.name)));
     }
     settings::check(&model)?;
     Ok(model)

@@ -11,7 +11,9 @@
 pub mod builtin;
 #[cfg(feature = "files")]
 pub mod import;
+mod sky;
 mod studio;
 mod tangents;
 
-pub use studio::{light_if_dark, studio};
+pub use sky::sky;
+pub use studio::{ENVIRONMENT_NAMES, light_if_dark, named_environment, studio};

@@ -38,6 +38,18 @@ pub fn studio() -> Environment {
     Environment::new("studio", WIDTH, HEIGHT, radiance)
 }
 
+/// The names of the environments that need no file.
+pub const ENVIRONMENT_NAMES: [&str; 2] = ["studio", "sky"];
+
+/// One of [`ENVIRONMENT_NAMES`], by its name.
+pub fn named_environment(name: &str) -> Option<Environment> {
+    match name {
+        "studio" => Some(studio()),
+        "sky" => Some(crate::sky::sky()),
+        _ => None,
+    }
+}
+
 /// Puts a model that brings no light into the [`studio`], if it has mirrors or glass, or is given some by roles.
 pub fn light_if_dark(model: &mut Model, has_roles: bool) {
     let is_lit = model.environment.is_some() || model.nodes.iter().any(|node| node.light.is_some());

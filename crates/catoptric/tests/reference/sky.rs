@@ -121,17 +121,18 @@ fn a_panel_lights_as_a_polygon_does() {
     assert_eq!(floor_at(&scene, 0.3, -14.0), 0.0);
 }
 
-/// A small bright part of a sky lights as a lamp at infinity does, with shadows as sharp.
+/// A small bright part of a sky lights as a lamp at infinity does, with shadows as sharp; the sky is a turned one.
 #[test]
 fn suns_cast_sharp_shadows() {
     let (width, height) = (256u32, 128u32);
-    let towards = Vec3::new(0.6, 0.64, 0.48);
+    let (towards, turn) = (Vec3::new(0.6, 0.64, 0.48), 0.8f32);
+    let about_y = glam::Quat::from_rotation_y(turn);
     let mut light = Vec3::ZERO;
     let texels: Vec<[f32; 3]> = (0..width * height)
         .map(|index| {
             let [u, v] = [(index % width) as f32 + 0.5, (index / width) as f32 + 0.5];
             let (u, v) = (u / width as f32, v / height as f32);
-            let direction = Environment::direction(u, v);
+            let direction = about_y * Environment::direction(u, v);
             let is_sun = direction.dot(towards) > 2.5f32.to_radians().cos();
             let radiance = if is_sun { Vec3::new(900.0, 700.0, 400.0) } else { Vec3::splat(0.2) };
             let solid_angle = 2.0 * PI * PI / (width * height) as f32 * (v * PI).sin();
@@ -141,7 +142,8 @@ fn suns_cast_sharp_shadows() {
             radiance.to_array()
         })
         .collect();
-    let scene = on_a_floor(Environment::new("sunny", width, height, texels), |builder| {
+    let sunny = Environment::new("sunny", width, height, texels).turned(turn.into());
+    let scene = on_a_floor(sunny, |builder| {
         let grey = builder.material(Material::diffuse("grey", Vec3::splat(0.5)));
         builder.cuboid("box", Vec3::new(-0.5, 1.0, -0.5), Vec3::new(0.5, 2.0, 0.5), false, grey);
     });

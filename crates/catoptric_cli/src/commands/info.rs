@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 pub(crate) fn run(args: &InfoArgs, options: &ArgMatches) -> Result<String, Failure> {
     let roles = scene_source::roles(&args.scene, options)?;
     let SceneArgs { scene, environment, pose, .. } = &args.scene;
-    let mut model = scene_source::load(scene, &pose.choice, environment.as_deref(), !roles.is_empty())?;
+    let mut model = scene_source::load(scene, &pose.choice, environment, !roles.is_empty())?;
     let mut clips = clips(&model);
     if let Some(chosen) = scene_source::choose_animation(&pose.choice, &mut model)? {
         clips.iter_mut().enumerate().for_each(|(index, clip)| clip.plays = index == chosen);

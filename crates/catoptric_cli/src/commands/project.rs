@@ -5,7 +5,7 @@ mod npy;
 mod output;
 mod search;
 
-use crate::args::{ProjectArgs, Shadows, ViewArgs};
+use crate::args::{EnvironmentArgs, ProjectArgs, Shadows, ViewArgs};
 use crate::failure::Failure;
 use crate::terminal::Terminal;
 use crate::{drawing, scene_source, settings};
@@ -144,7 +144,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
 
 /// The scene's model, with the animation that plays.
 fn model(args: &ProjectArgs, terminal: &Terminal) -> Result<Model, Failure> {
-    let mut model = scene_source::load(&args.scene, &args.pose.choice, None, false)?;
+    let mut model = scene_source::load(&args.scene, &args.pose.choice, &EnvironmentArgs::default(), false)?;
     scene_source::choose_animation(&args.pose.choice, &mut model)?;
     terminal.warn(scene_source::remark_on_time(&model, args.pose.time).iter());
     Ok(model)

@@ -71,5 +71,8 @@ impl Environment {
     fn write_identity(&self, sink: &mut Sink<'_>) {
         put_printed(sink, &(self.width, self.height));
         put_array(sink, &self.radiance);
+        if self.turn() != 0.0 {
+            put_printed(sink, &("turned by", self.turn()));
+        }
     }
 }

@@ -55,7 +55,8 @@ pub struct EnvironmentTexels {
 /// Where an environment's maps are in the picture that holds them: width, height and first row of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EnvironmentPlaces {
-    /// Of light by direction; the fourth number of the first is that of reductions.
+    /// Of light by direction; the fourth number of the first is that of reductions, of the second
+    /// [`Environment::turn`], as its bits.
     pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
     /// Of the picture, ever smaller.
     pub reductions: [[u32; 4]; MAX_REDUCTIONS],
@@ -87,6 +88,7 @@ pub fn environment_texels(environment: Option<&Environment>, with_reductions: bo
         }
     }
     texels.places.maps[0][3] = count;
+    texels.places.maps[1][3] = environment.turn().to_bits();
     texels.maps_size = [stride as u32, rows];
     texels
 }

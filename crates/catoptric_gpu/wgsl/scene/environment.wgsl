@@ -9,7 +9,9 @@ const GLOSSY_LEVELS = 7;
 fn environment_position(direction: vec3f) -> vec2f {
     let azimuth = atan2(direction.z, direction.x);
     let polar = atan2(length(direction.xz), direction.y);
-    return vec2f(azimuth * (0.5 * FRAC_1_PI) + 0.5, polar * FRAC_1_PI);
+    // The environment may be turned about the y axis.
+    let across = azimuth * (0.5 * FRAC_1_PI) + 0.5 + bitcast<f32>(frame.maps[1].w);
+    return vec2f(select(across, across - 1.0, across > 1.0), polar * FRAC_1_PI);
 }
 
 fn environment_neighbours(size: vec2i, left: i32, row: i32) -> array<vec3f, 2> {

@@ -19,7 +19,7 @@ mod picture;
 pub mod toml_scene;
 
 use environment::environment_from;
-pub use environment::load_environment;
+pub use environment::{EnvironmentEdit, load_environment};
 use files::extension;
 pub use files::{Folder, NoFiles, Resolver};
 

@@ -1,6 +1,6 @@
 //! The recipe of a plan: how its work is made again, on this machine or another.
 
-use crate::args::{BakeWhatArgs, ChoiceArgs, Shadows};
+use crate::args::{BakeWhatArgs, ChoiceArgs, EnvironmentArgs, Shadows};
 use crate::drawing::Moment;
 use crate::failure::{self, Failure};
 use crate::scene_source::{self, RoleWord};
@@ -10,6 +10,7 @@ use catoptric::methods::{self, Quality, Settings};
 use catoptric::progress::Progress;
 use catoptric::scene::{Model, Scene};
 use catoptric_bake::MethodBake;
+use catoptric_scenes::ENVIRONMENT_NAMES;
 use clap::ArgMatches;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -23,6 +24,11 @@ pub(super) struct Recipe {
     /// Files by their whole paths: machines that share a bake's folder need them there, too.
     scene: String,
     environment: Option<PathBuf>,
+    /// Plans of before environments could be turned and scaled have neither.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    environment_rotation: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    environment_strength: Option<f64>,
     roles: Vec<RoleWord>,
     time: f32,
     /// Older plans have none.
@@ -57,12 +63,16 @@ impl Recipe {
             true => args.scene.scene.clone(),
             false => whole(Path::new(&args.scene.scene)).to_string_lossy().into_owned(),
         };
+        let light = &args.scene.environment;
+        let is_built_in = |path: &Path| ENVIRONMENT_NAMES.iter().any(|name| path.as_os_str() == *name);
         Ok(Self {
             scene,
-            environment: args.scene.environment.as_deref().map(|path| match path.as_os_str() == scene_source::STUDIO {
+            environment: light.environment.as_deref().map(|path| match is_built_in(path) {
                 true => path.into(),
                 false => whole(path),
             }),
+            environment_rotation: light.environment_rotation,
+            environment_strength: light.environment_strength,
             roles: scene_source::role_words(&args.scene, options),
             time: args.scene.pose.time,
             choice: args.scene.pose.choice.clone(),
@@ -76,7 +86,12 @@ impl Recipe {
     /// Loads the model, with what it is posed by.
     pub(super) fn model(&self) -> Result<(Model, Moment), Failure> {
         let roles = scene_source::rules(&self.roles)?;
-        let mut model = scene_source::load(&self.scene, &self.choice, self.environment.as_deref(), !roles.is_empty())?;
+        let environment = EnvironmentArgs {
+            environment: self.environment.clone(),
+            environment_rotation: self.environment_rotation,
+            environment_strength: self.environment_strength,
+        };
+        let mut model = scene_source::load(&self.scene, &self.choice, &environment, !roles.is_empty())?;
         scene_source::choose_animation(&self.choice, &mut model)?;
         let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
         Ok((model, (roles, shadows, self.time)))

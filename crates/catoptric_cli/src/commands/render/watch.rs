@@ -3,8 +3,8 @@
 use crate::args::RenderArgs;
 use crate::failure::{Failure, written};
 use crate::parse::FileOrStream;
-use crate::scene_source::STUDIO;
 use crate::terminal::Terminal;
+use catoptric_scenes::ENVIRONMENT_NAMES;
 use clap::ArgMatches;
 use percent_encoding::percent_decode_str;
 use std::collections::BTreeMap;
@@ -65,7 +65,8 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
 fn stamps(args: &RenderArgs) -> BTreeMap<PathBuf, Stamp> {
     let mut found = BTreeMap::new();
     let mut open = vec![PathBuf::from(&args.scene.scene)];
-    open.extend(args.scene.environment.iter().filter(|path| path.as_os_str() != STUDIO).cloned());
+    let is_file = |path: &&PathBuf| !ENVIRONMENT_NAMES.iter().any(|name| path.as_os_str() == *name);
+    open.extend(args.scene.environment.environment.iter().filter(is_file).cloned());
     open.extend(args.draw.baked.iter().cloned());
     while let Some(path) = open.pop() {
         if found.len() < MAX_FILES && !found.contains_key(&path) {

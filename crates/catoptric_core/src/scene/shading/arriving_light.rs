@@ -100,7 +100,7 @@ pub(super) fn add_environment<const N: usize>(
     (scene, seen): (&Scene, Option<SeenSky<'_, N>>),
     sum: &mut Vec3Lanes<N>,
 ) {
-    let positions = Environment::positions(normals);
+    let positions = environment.places(normals);
     if let (Some(sky), Some(seen)) = (&scene.sky, seen) {
         for i in 0..count.min(N) {
             let irradiance = sky.irradiance_at(Vec2::new(positions[0][i], positions[1][i])) * seen.shares.vector(i);

@@ -2,12 +2,15 @@
 
 mod blend;
 mod edits;
+mod environment;
 mod keys;
 mod light;
 mod reflector;
 
+use super::environment::EnvironmentEdit;
 use super::files::{self, MAX_SCENE_BYTES, Resolver};
 use crate::builtin;
+use crate::studio::named_environment;
 use catoptric_core::error::SceneError;
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::model::{AnalyticAsset, CameraAsset, Model, Node};
@@ -26,10 +29,12 @@ pub struct SceneFile {
     pub base: Option<String>,
     /// Names of glTF files, relative to this one.
     pub gltf: Vec<String>,
-    /// Name of the environment's picture, relative to this file.
+    /// Name of the environment's picture, relative to this file, or of a built-in one.
     pub environment: Option<String>,
     /// The variant of materials that the glTF files are read with, and the base.
     pub variant: Option<String>,
+    /// How the environment, or that of `base`, is turned and scaled.
+    pub environment_edit: EnvironmentEdit,
     /// Everything that stands in the file itself: reflectors, lights, camera, roles, blends, region and settings.
     pub model: Model,
 }
@@ -61,7 +66,7 @@ fn load_nested(path: &Path, depth: u32, wanted: Option<&str>) -> Result<Model, S
         _ => super::finished(super::load_as_it_stands(&folder.join(name), variant)?),
     };
     let gltf = |name: &str, variant: Option<&str>| super::load_as_it_stands(&folder.join(name), variant);
-    let environment = |name: &str| super::load_environment(&folder.join(name));
+    let environment = |name: &str, warnings: &mut Vec<String>| super::load_environment(&folder.join(name), warnings);
     complete(file, (depth, wanted), &base, &gltf, &environment)
 }
 
@@ -88,7 +93,9 @@ fn nested_from(
             _ => super::finished(super::parse(name, &bytes, &within, variant)?),
         }
     };
-    let environment = |name: &str| super::environment_from(name, &resolver.read(name, MAX_SCENE_BYTES)?);
+    let environment = |name: &str, warnings: &mut Vec<String>| {
+        super::environment_from(name, &resolver.read(name, MAX_SCENE_BYTES)?, warnings)
+    };
     complete(file, (depth, wanted), &base, &base, &environment)
 }
 
@@ -107,11 +114,11 @@ impl Resolver for Within<'_> {
     }
 }
 
-/// Reads a file by its name relative to the scene file.
-type Load<'a, T> = &'a dyn Fn(&str) -> Result<T, SceneError>;
-
 /// Reads a model by its name relative to the scene file, with the materials of a variant.
 type LoadModel<'a> = &'a dyn Fn(&str, Option<&str>) -> Result<Model, SceneError>;
+
+/// Reads an environment by its name relative to the scene file, with warnings.
+type LoadEnvironment<'a> = &'a dyn Fn(&str, &mut Vec<String>) -> Result<Environment, SceneError>;
 
 /// The model of a scene file, with the files that it names and the variant that is wanted over the file's own.
 fn complete(
@@ -119,9 +126,10 @@ fn complete(
     (depth, wanted): (u32, Option<&str>),
     base: LoadModel<'_>,
     gltf: LoadModel<'_>,
-    environment: Load<'_, Environment>,
+    environment: LoadEnvironment<'_>,
 ) -> Result<Model, SceneError> {
-    let SceneFile { base: base_name, gltf: names, environment: light, variant: own, mut model } = file;
+    let SceneFile { base: base_name, gltf: names, environment: light, variant: own, environment_edit, mut model } =
+        file;
     let variant = wanted.or(own.as_deref());
     for (index, name) in names.iter().enumerate() {
         let loaded =
@@ -129,27 +137,30 @@ fn complete(
         super::merge::append(&mut model, loaded);
     }
     if let Some(name) = light {
-        let loaded = environment(&name).map_err(|error| model.invalid("environment", error.to_string()))?;
+        let loaded = match named_environment(&name) {
+            Some(named) => Ok(named),
+            None => environment(&name, &mut model.warnings),
+        };
+        let loaded = loaded.map_err(|error| model.invalid("environment", error.to_string()))?;
         model.environment = Some(Arc::new(loaded));
     }
-    let Some(name) = base_name else { return with_variant(model, wanted, own.as_deref()) };
-    if depth >= MAX_BASES {
-        return Err(model.invalid("base", format!("more than {MAX_BASES} files are the base of each other")));
+    if let Some(name) = base_name {
+        if depth >= MAX_BASES {
+            return Err(model.invalid("base", format!("more than {MAX_BASES} files are the base of each other")));
+        }
+        let loaded = match name.strip_prefix("builtin:") {
+            Some(spec) => builtin::parse(spec),
+            None => base(&name, variant),
+        };
+        let loaded = loaded.map_err(|error| model.invalid("base", error.to_string()))?;
+        super::merge::append(&mut model, loaded);
     }
-    let loaded = match name.strip_prefix("builtin:") {
-        Some(spec) => builtin::parse(spec),
-        None => base(&name, variant),
-    };
-    let loaded = loaded.map_err(|error| model.invalid("base", error.to_string()))?;
-    super::merge::append(&mut model, loaded);
-    with_variant(model, wanted, own.as_deref())
-}
-
-/// The model, unless its file chooses a variant that none of its files has.
-fn with_variant(model: Model, wanted: Option<&str>, own: Option<&str>) -> Result<Model, SceneError> {
+    if !environment_edit.apply(&mut model) {
+        return Err(model.invalid(environment_edit.key(), "there is no environment; name one as `environment`"));
+    }
     match own {
         Some(own) if wanted.is_none() && model.variant.is_none() => {
-            Err(model.invalid("variant", super::unknown_variant(&model, own).to_string()))
+            Err(model.invalid("variant", super::unknown_variant(&model, &own).to_string()))
         }
         _ => Ok(model),
     }
@@ -173,11 +184,12 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
         scene.base = Some(value);
     }
     scene.gltf = read_gltf(source, &mut keys, lines)?;
-    scene.environment = read_environment(source, &mut keys, lines)?;
     if let Some(Located { begin, value }) = keys.string("variant")? {
         lines.insert("variant".into(), source.line(begin));
         scene.variant = Some(value);
     }
+    scene.environment = environment::read(source, &mut keys, lines)?;
+    scene.environment_edit = environment::read_edit(source, &mut keys, lines)?;
     scene.model.cameras.extend(read_camera(source, &mut keys)?);
     read_reflectors(source, &mut keys, &mut scene.model)?;
     read_lights(source, &mut keys, &mut scene.model)?;
@@ -205,19 +217,6 @@ fn read_gltf(source: Text<'_>, keys: &mut Keys<'_, '_>, lines: &mut Lines) -> Re
         files.push(file.into());
     }
     Ok(files)
-}
-
-fn read_environment(
-    source: Text<'_>,
-    keys: &mut Keys<'_, '_>,
-    lines: &mut Lines,
-) -> Result<Option<String>, SceneError> {
-    let Some(Located { begin, value }) = keys.string("environment")? else { return Ok(None) };
-    if !["hdr", "exr"].contains(&super::extension(Path::new(&value)).as_str()) {
-        return Err(source.invalid(begin, "environment", format!("`{value}`; must be a .hdr or .exr file")));
-    }
-    lines.insert("environment".into(), source.line(begin));
-    Ok(Some(value))
 }
 
 fn read_camera(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<CameraAsset>, SceneError> {

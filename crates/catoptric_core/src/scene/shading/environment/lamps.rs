@@ -59,6 +59,12 @@ impl Lamps {
         if between > 0.0 { fine + (at(whole + 1) - fine) * between } else { fine }
     }
 
+    /// The lamps in directions of the scene, from directions of the picture. What is left of it stays as it is.
+    pub(super) fn turned(mut self, turn: impl Fn(Vec3) -> Vec3) -> Self {
+        self.lamps.iter_mut().for_each(|lamp| lamp.towards = turn(lamp.towards));
+        self
+    }
+
     /// Those of a reduction of a picture of radiance, rows from the top.
     pub(super) fn new(level: usize, width: u32, height: u32, radiance: Vec<[f32; 3]>) -> Option<Self> {
         let (width, height) = (width as usize, height as usize);

@@ -15,7 +15,8 @@ use std::sync::OnceLock;
 /// Light that comes from infinitely far away.
 ///
 /// The picture is equirectangular: its centre lies in direction +x, columns turn from there towards +z to the
-/// right, the top row is +y (the convention of the glTF sample viewer).
+/// right, the top row is +y (the convention of the glTF sample viewer). [`Self::turned`] turns it about the y axis:
+/// directions are turned where the picture is looked up, which stays as it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Environment {
     /// The name of its source, for messages.
@@ -24,6 +25,8 @@ pub struct Environment {
     pub(in super::super) height: u32,
     /// Linear radiance, rows from the top.
     pub(in super::super) radiance: Vec<[f32; 3]>,
+    /// How far directions are turned before they are looked up.
+    turn: Turn,
     /// The same at half the width and height, at a quarter, and so on.
     reduced: Vec<EquirectangularMap>,
     irradiance: Irradiance,
@@ -63,20 +66,58 @@ const LARGEST_CHANGE: f32 = 0.25;
 const LARGEST_CONE: f32 = 1.2;
 
 impl Environment {
-    /// An environment from linear radiance, rows from the top. Values that are not finite or negative become black.
+    /// An environment from linear radiance, rows from the top, each value as [`Self::kept`] keeps it.
     ///
     /// `radiance` must hold `width * height` values; missing ones are black.
     pub fn new(name: &str, width: u32, height: u32, mut radiance: Vec<[f32; 3]>) -> Self {
         let (width, height) = (width.max(1), height.max(1));
         radiance.resize(width as usize * height as usize, [0.0; 3]);
         for value in radiance.iter_mut().flatten() {
-            // Half floats end at 65504; brighter values are a broken file and would swamp every sum.
-            *value = if value.is_finite() { value.clamp(0.0, 1e6) } else { 0.0 };
+            *value = Self::kept(*value);
         }
         let irradiance = Irradiance::new(width, height, &radiance);
         let reduced = reductions(width as usize, height as usize, &radiance);
         let (glossy, lamps) = (OnceLock::new(), OnceLock::new());
-        Self { name: name.into(), width, height, radiance, reduced, irradiance, glossy, lamps }
+        Self { name: name.into(), width, height, radiance, turn: Turn::NONE, reduced, irradiance, glossy, lamps }
+    }
+
+    /// A value of linear radiance as environments keep it: the infinite one is 65504, where half floats end (suns that
+    /// overflowed are written so), one above a million is that, as more would swamp every sum; no number and negative
+    /// ones are 0.
+    pub fn kept(radiance: f32) -> f32 {
+        match radiance {
+            f32::INFINITY => 65504.0,
+            radiance if radiance > 0.0 => radiance.min(1e6),
+            _ => 0.0,
+        }
+    }
+
+    /// The environment turned by so many radians about the y axis, counter-clockwise seen from above (from +y). Exact:
+    /// the picture stays as it is.
+    pub fn turned(mut self, angle: f64) -> Self {
+        self.turn = self.turn.and(angle);
+        (self.glossy, self.lamps) = (OnceLock::new(), OnceLock::new());
+        self
+    }
+
+    /// The environment with all its light times a factor, which is 0 or more.
+    pub fn scaled(mut self, factor: f32) -> Self {
+        let maps = self.reduced.iter_mut().chain([&mut self.irradiance.0]).flat_map(|map| &mut map.texels);
+        maps.flatten().chain(self.radiance.iter_mut().flatten()).for_each(|value| *value *= factor);
+        (self.glossy, self.lamps) = (OnceLock::new(), OnceLock::new());
+        self
+    }
+
+    /// How far it is turned about the y axis, counter-clockwise seen from above, in whole turns: 0 to 1. The position
+    /// of a direction in the picture lies further right by so much of its width.
+    pub fn turn(&self) -> f32 {
+        self.turn.share
+    }
+
+    /// A direction in the scene from one in the picture.
+    #[inline]
+    pub(in super::super) fn scene_from_picture(&self, direction: Vec3) -> Vec3 {
+        self.turn.of(direction)
     }
 
     /// Its small bright parts, if they matter.
@@ -84,7 +125,7 @@ impl Environment {
     pub fn lamps(&self) -> Option<&Lamps> {
         let found = || {
             let (level, (width, height, radiance)) = self.picture_within(COLUMNS_FOR_LAMPS);
-            Lamps::new(level, width, height, radiance)
+            Lamps::new(level, width, height, radiance).map(|lamps| lamps.turned(|towards| self.turn.of(towards)))
         };
         self.lamps.get_or_init(found).as_ref()
     }
@@ -121,13 +162,30 @@ impl Environment {
         self.reduced.iter().map(light_map)
     }
 
-    /// The direction (unit length) that a position in the picture (0..1, v down) stands for.
+    /// The direction (unit length) that a position in a picture that is not turned (0..1, v down) stands for.
     #[inline]
     pub fn direction(u: f32, v: f32) -> Vec3 {
         map::direction(u, v)
     }
 
-    /// The position in the picture (0..1, v down) of a direction of unit length.
+    /// The position in this picture (0..1, v down) of a direction of unit length.
+    #[inline(always)] // for the instructions of its caller
+    fn place(&self, direction: Vec3) -> Vec2 {
+        let Vec2 { x, y } = Self::position(direction);
+        Vec2::new(self.turn.further(x), y)
+    }
+
+    /// The same of several directions, along u and v each.
+    #[inline(always)] // for the instructions of its caller
+    pub(super) fn places<const N: usize>(&self, directions: &Vec3Lanes<N>) -> [Lanes<N>; 2] {
+        let mut positions = Self::positions(directions);
+        for i in 0..N {
+            positions[0][i] = self.turn.further(positions[0][i]);
+        }
+        positions
+    }
+
+    /// The position in a picture that is not turned (0..1, v down) of a direction of unit length.
     #[inline(always)] // for the instructions of its caller
     pub fn position(direction: Vec3) -> Vec2 {
         let azimuth = arc_tangent(direction.z, direction.x);
@@ -151,7 +209,7 @@ impl Environment {
     /// The radiance from a direction (unit length), bilinear between texels.
     #[inline(always)] // for the instructions of its caller
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        bilinear(&self.radiance, self.width as usize, self.height as usize, Self::position(direction))
+        bilinear(&self.radiance, self.width as usize, self.height as usize, self.place(direction))
     }
 
     /// The mean radiance over a pixel: from a direction (unit length) that changes so much from pixel to pixel, along
@@ -176,13 +234,13 @@ impl Environment {
     /// The same within an angle across, on all sides of the direction.
     #[inline]
     pub fn radiance_within(&self, direction: Vec3, across: f32) -> Vec3 {
-        self.at_level(Self::position(direction), self.level_of(across).min(self.reduced.len() as f32))
+        self.at_level(self.place(direction), self.level_of(across).min(self.reduced.len() as f32))
     }
 
     /// [`Self::radiance_within`] of which lamps' light has this share, between 0 and 1.
     #[inline]
     pub fn radiance_within_beside(&self, lamps: &Lamps, direction: Vec3, across: f32, share_of_lamps: f32) -> Vec3 {
-        let (position, level) = (Self::position(direction), self.level_of(across).min(self.reduced.len() as f32));
+        let (position, level) = (self.place(direction), self.level_of(across).min(self.reduced.len() as f32));
         let all = self.at_level(position, level);
         if share_of_lamps >= 1.0 {
             return all;
@@ -224,7 +282,7 @@ impl Environment {
             let aside = if place % 2 == 0 { -0.25 } else { 0.25 };
             let step = change[across] * along + change[1 - across] * aside;
             let towards = (direction + step).try_normalize().unwrap_or(direction);
-            sum += self.at_level(Self::position(towards), level);
+            sum += self.at_level(self.place(towards), level);
         }
         sum * (1.0 / places)
     }
@@ -253,7 +311,7 @@ impl Environment {
     /// The first call makes the maps that it reads; [`Self::prepare_glossy`] does so beforehand.
     #[inline(always)] // for the instructions of its caller
     pub fn glossy(&self, direction: Vec3, alpha: f32) -> Vec3 {
-        self.glossy_at(Self::position(direction), alpha)
+        self.glossy_at(self.place(direction), alpha)
     }
 
     /// The same at a position in the picture.
@@ -270,13 +328,52 @@ impl Environment {
     /// The irradiance on a surface with this unit normal: radiance times cosine over the hemisphere.
     #[inline(always)] // for the instructions of its caller
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
-        self.irradiance_at(Self::position(normal))
+        self.irradiance_at(self.place(normal))
     }
 
     /// The same at a position in the picture.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn irradiance_at(&self, position: Vec2) -> Vec3 {
         self.irradiance.at(position)
+    }
+}
+
+/// A turn about the y axis, counter-clockwise seen from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Turn {
+    /// In radians, as it was asked for.
+    angle: f64,
+    /// In whole turns, 0 to 1.
+    share: f32,
+    /// Its sine and cosine.
+    direction: [f32; 2],
+}
+
+impl Turn {
+    const NONE: Self = Self { angle: 0.0, share: 0.0, direction: [0.0, 1.0] };
+
+    /// This turn and another one after it, in radians.
+    fn and(self, angle: f64) -> Self {
+        let angle = self.angle + angle;
+        let share = (angle / std::f64::consts::TAU).rem_euclid(1.0);
+        let (sine, cosine) = (share * std::f64::consts::TAU).sine_cosine();
+        // Rounding may make a whole turn of nearly one.
+        let share = if share as f32 >= 1.0 { 0.0 } else { share as f32 };
+        Self { angle, share, direction: [sine as f32, cosine as f32] }
+    }
+
+    /// A direction, turned.
+    #[inline]
+    fn of(self, Vec3 { x, y, z }: Vec3) -> Vec3 {
+        let [sine, cosine] = self.direction;
+        if self.share == 0.0 { Vec3::new(x, y, z) } else { Vec3::new(x * cosine + z * sine, y, z * cosine - x * sine) }
+    }
+
+    /// A position along the rows of a picture (0 to 1) further right by this turn.
+    #[inline(always)] // for the instructions of its caller
+    fn further(self, position: f32) -> f32 {
+        let further = position + self.share;
+        if further > 1.0 { further - 1.0 } else { further }
     }
 }
 

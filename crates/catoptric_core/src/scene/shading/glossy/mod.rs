@@ -281,7 +281,7 @@ fn add_environment<const N: usize>(
         let inverse = 1.0 / if length2 > 1e-12 { length2 } else { 1e-12 }.sqrt();
         (middles[0][i], middles[1][i], middles[2][i]) = (x * inverse, y * inverse, z * inverse);
     }
-    let [of_normals, of_middles] = [Environment::positions(&points.normal), Environment::positions(&middles)];
+    let [of_normals, of_middles] = [environment.places(&points.normal), environment.places(&middles)];
     let mut suns = Vec3Lanes::<N>::ZERO;
     if let Some(sky) = &scene.sky {
         add_suns(scene, sky, &points.normal, &points.shadow_starts, count, &mut suns);

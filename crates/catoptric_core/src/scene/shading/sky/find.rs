@@ -33,11 +33,13 @@ impl Scene {
             return Ok(None);
         }
         let (width, height, radiance) = picture.unwrap_or((1, 1, vec![[0.0; 3]]));
-        let (suns, rest) = suns::suns_and_rest(width, height, radiance);
-        let sky = match self.environment {
-            Some(_) => suns::parts(width, height, &rest, SKY_PARTS / 2),
-            None => Vec::new(),
-        };
+        let (mut suns, rest) = suns::suns_and_rest(width, height, radiance);
+        let mut sky = Vec::new();
+        if let Some(environment) = &self.environment {
+            sky = suns::parts(width, height, &rest, SKY_PARTS / 2);
+            sky.iter_mut().for_each(|part| part.towards = environment.scene_from_picture(part.towards));
+            suns.iter_mut().for_each(|sun| sun.direction = environment.scene_from_picture(sun.direction));
+        }
         let points = emitters.as_ref().map_or(Vec::new(), |emitters| self.points_of(emitters));
         let gatherer = Gatherer { scene: self, visibility, sources: &Sources { sky, emitters: points }, progress };
         let shares = refined(&gatherer, &Corners::new(self))?;

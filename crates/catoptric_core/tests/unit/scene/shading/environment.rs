@@ -87,9 +87,66 @@ fn means_over_pixels_are_those_of_many_directions() {
 }
 
 #[test]
-fn broken_values_become_black() {
+fn broken_values_are_black_and_overflowed_ones_bright() {
     let sky = Environment::new("broken", 2, 1, vec![[f32::NAN, f32::INFINITY, -3.0]; 2]);
-    assert_eq!(sky.radiance(Vec3::X), Vec3::ZERO);
+    assert_eq!(sky.radiance(Vec3::X), Vec3::new(0.0, 65504.0, 0.0));
+    let values = [f32::NEG_INFINITY, -0.0, 0.5, 2e6].map(Environment::kept);
+    assert_eq!(values, [0.0, 0.0, 0.5, 1e6]);
+}
+
+/// A turned environment shows towards a turned direction what it showed before: in all of its look-ups.
+#[test]
+fn a_turn_moves_light_counter_clockwise_seen_from_above() {
+    let sunny = || {
+        let (width, height) = (128usize, 64usize);
+        let texel = |index: usize| {
+            let (column, row) = (index % width, index / width);
+            let is_sun = (40..43).contains(&column) && (20..23).contains(&row);
+            if is_sun { [400.0, 300.0, 200.0] } else { [(column % 7) as f32, 1.0, (row % 5) as f32] }
+        };
+        Environment::new("sunny", width as u32, height as u32, (0..width * height).map(texel).collect())
+    };
+    let sky = sunny();
+    // By 90 degrees +x comes to lie at -z.
+    let quarter = sunny().turned(std::f64::consts::FRAC_PI_2);
+    assert!((quarter.radiance(Vec3::NEG_Z) - sky.radiance(Vec3::X)).length() < 1e-3);
+    for degrees in [0.7f64, 33.0, 181.3, 359.9999, -20.0, 725.0] {
+        let turned = sunny().turned(degrees.to_radians());
+        let about_y = glam::Quat::from_rotation_y(degrees.to_radians() as f32);
+        for towards in [Vec3::X, Vec3::new(0.3, 0.5, -0.8), Vec3::new(-0.6, -0.2, 0.1), Vec3::new(0.01, 0.9, 0.02)] {
+            let towards = towards.normalize();
+            let there = about_y * towards;
+            let pairs = [
+                (sky.radiance(towards), turned.radiance(there)),
+                (sky.irradiance(towards), turned.irradiance(there)),
+                (sky.glossy(towards, 0.2), turned.glossy(there, 0.2)),
+                (sky.radiance_within(towards, 0.3), turned.radiance_within(there, 0.3)),
+            ];
+            for (before, after) in pairs {
+                assert!((before - after).length() < 2e-3 * (1.0 + before.length()), "{degrees}: {before} {after}");
+            }
+        }
+        let [before, after] = [&sky, &turned].map(|sky| sky.lamps().expect("the sun").all()[0].towards);
+        assert!((about_y * before - after).length() < 1e-5);
+    }
+    let both = sunny().turned(1.0).turned(-1.0);
+    assert_eq!(both.turn(), 0.0);
+}
+
+#[test]
+fn a_factor_scales_all_light() {
+    let sky = || Environment::new("sky", 64, 32, (0..64 * 32).map(|index| [(index % 9) as f32, 1.0, 0.5]).collect());
+    let (before, after) = (sky(), sky().scaled(2.5));
+    let towards = Vec3::new(0.3, 0.5, -0.8).normalize();
+    for (before, after) in [
+        (before.radiance(towards), after.radiance(towards)),
+        (before.irradiance(towards), after.irradiance(towards)),
+        (before.glossy(towards, 0.5), after.glossy(towards, 0.5)),
+        (before.radiance_within(towards, 0.5), after.radiance_within(towards, 0.5)),
+    ] {
+        assert!((before * 2.5 - after).length() < 1e-5 * after.length(), "{before} {after}");
+    }
+    assert_eq!(sky().scaled(0.0).irradiance(towards), Vec3::ZERO);
 }
 
 /// What lamps have, the rest lacks: a surface is lit by both as by the whole.

@@ -147,7 +147,7 @@ fn errors_name_the_line() {
     assert_error("gltf = \"room.glb\"\n", 1, "must be a list");
     assert_error("gltf = [\"room.glb\",\n\"room.obj\"]\n", 2, ".gltf");
     assert_error("gltf = [1]\n", 1, "gltf");
-    assert_error("environment = \"sky.png\"\n", 1, "`sky.png`");
+    assert_error("environment = \"sky.gif\"\n", 1, ".exr");
     assert_error("environment = 3\n", 1, "must be a text, not `3`");
     assert_error("camera = 3\n", 1, "camera: must be a table");
     assert_error("[camera]\neye = [0, 0, 0]\n", 1, "camera.target: missing");

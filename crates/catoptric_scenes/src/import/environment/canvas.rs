@@ -1,0 +1,77 @@
+//! Pictures that are filled pixel by pixel, at a part of their size where they are large.
+
+use super::Radiance;
+use catoptric_core::scene::Environment;
+
+/// The most pixels of an environment: 8192 x 4096. Larger pictures are halved.
+const MAX_PIXELS: u64 = 1 << 25;
+
+/// The longest side of a picture that is halved.
+const MAX_SIDE: u64 = 1 << 15;
+
+/// A picture of linear radiance whose pixels may come in any order, each once.
+pub(super) struct Canvas {
+    width: usize,
+    height: usize,
+    /// Pixels of the file along a side of one that is kept, as a power of 2.
+    halvings: u32,
+    kept_width: usize,
+    radiance: Vec<[f32; 3]>,
+}
+
+impl Canvas {
+    /// A black picture for so many pixels of a file; a warning where it is kept at a part of its size.
+    pub(super) fn new(width: u64, height: u64, warnings: &mut Vec<String>) -> Result<Self, String> {
+        check_sides(width, height)?;
+        let mut halvings = 0;
+        let kept = |side: u64, halvings: u32| side.div_ceil(1 << halvings);
+        while kept(width, halvings) * kept(height, halvings) > MAX_PIXELS {
+            halvings += 1;
+        }
+        let (kept_width, kept_height) = (kept(width, halvings) as usize, kept(height, halvings) as usize);
+        if halvings > 0 {
+            let part = ["half", "a quarter of", "an eighth of"][(halvings as usize - 1).min(2)];
+            warnings.push(format!(
+                "{width} x {height} pixels are read at {part} their size, {kept_width} x {kept_height}, averaged; \
+                 environments have at most {MAX_PIXELS} pixels"
+            ));
+        }
+        let radiance = vec![[0.0; 3]; kept_width * kept_height];
+        Ok(Self { width: width as usize, height: height as usize, halvings, kept_width, radiance })
+    }
+
+    /// Sets a pixel of the file; those outside are left out. Values are kept as [`Environment::kept`] says.
+    pub(super) fn set(&mut self, x: usize, y: usize, radiance: [f32; 3]) {
+        if x >= self.width || y >= self.height {
+            return;
+        }
+        let radiance = radiance.map(Environment::kept);
+        let (column, row) = (x >> self.halvings, y >> self.halvings);
+        let texel = &mut self.radiance[row * self.kept_width + column];
+        if self.halvings == 0 {
+            *texel = radiance;
+            return;
+        }
+        // The last column and row may stand for fewer pixels.
+        let side = 1usize << self.halvings;
+        let along = |kept: usize, all: usize| side.min(all - (kept << self.halvings));
+        let share = 1.0 / (along(column, self.width) * along(row, self.height)) as f32;
+        for (sum, value) in texel.iter_mut().zip(radiance) {
+            *sum += value * share;
+        }
+    }
+
+    /// The picture.
+    pub(super) fn into_radiance(self) -> Radiance {
+        let height = self.radiance.len() / self.kept_width;
+        Radiance { width: self.kept_width as u32, height: height as u32, radiance: self.radiance }
+    }
+}
+
+/// Refuses pictures without pixels, and very long sides.
+pub(super) fn check_sides(width: u64, height: u64) -> Result<(), String> {
+    if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
+        return Err(format!("has {width} x {height} pixels; allowed are 1 to {MAX_SIDE} a side: scale it down"));
+    }
+    Ok(())
+}
