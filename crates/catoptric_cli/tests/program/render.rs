@@ -153,15 +153,40 @@ fn wrong_usage_ends_with_2() {
     assert_eq!(place.run(&[]).status.code(), Some(2));
 }
 
+/// An environment is turned counter-clockwise seen from above, and its light multiplied.
+#[test]
+fn environments_are_turned_and_scaled() {
+    let place = Workplace::new();
+    // Rays straight through the middle of the picture, towards -z, beside the ball and the wall.
+    let ahead = |more: &[&str]| {
+        let view = ["--eye", "0,50,0", "--target", "0,50,-1", "--fov", "1", "--exposure", "0"];
+        let size = ["render", "scene.toml", "-o", "out.exr", "--size", "3x3", "--samples", "1"];
+        place.ok(&[&size, &view[..], more].concat());
+        catoptric::picture::read(&place.path("out.exr")).unwrap().pixels[4][0]
+    };
+    let sky = catoptric_scenes::named_environment("studio").unwrap();
+    let expected = |x: f32, z: f32| sky.radiance(glam::Vec3::new(x, 0.0, z).normalize()).x;
+    // Turned by 90 degrees, what was at +x comes to -z.
+    for (degrees, [x, z]) in [("0", [0.0, -1.0]), ("90", [1.0, 0.0]), ("-90", [-1.0, 0.0]), ("135", [1.0, 1.0])] {
+        let found = ahead(&["--environment", "studio", "--environment-rotation", degrees]);
+        assert!((found - expected(x, z)).abs() < 2e-3, "{degrees}: {found}, {}", expected(x, z));
+    }
+    let scaled = ahead(&["--environment", "studio", "--environment-strength", "0.25"]);
+    assert!((scaled - 0.25 * expected(0.0, -1.0)).abs() < 1e-3, "{scaled}");
+    assert!(place.fails(2, &[&RENDER[..], &["--environment-strength", "-1"]].concat()).contains("between 0 and"));
+}
+
 #[test]
 fn faults_of_the_input_and_the_machine_end_with_1() {
     let place = Workplace::new();
-    let faults: [(&[&str], &str); 7] = [
+    let faults: [(&[&str], &str); 9] = [
         (&["--adapter", "no such"], "--adapter: "),
         (&["--baked", "a.bake"], "a.bake"),
         (&["--camera", "no_such"], "scene.toml"),
         (&["--reflector", "no_such*"], "no_such*"),
         (&["--environment", "none.hdr"], "none.hdr"),
+        (&["--environment", "moon"], "studio, sky"),
+        (&["--environment-rotation", "20"], "--environment-rotation: the scene has no environment"),
         (&["--stats", "scene.toml/where.json"], "where.json"),
         (&["--mask", "scene.toml/where.png"], "where.png"),
     ];

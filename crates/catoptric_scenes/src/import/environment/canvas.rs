@@ -1,6 +1,5 @@
 //! Pictures that are filled pixel by pixel, at a part of their size where they are large.
 
-use super::Radiance;
 use catoptric_core::scene::Environment;
 
 /// The most pixels of an environment: 8192 x 4096. Larger pictures are halved.
@@ -8,6 +7,13 @@ const MAX_PIXELS: u64 = 1 << 25;
 
 /// The longest side of a picture that is halved.
 const MAX_SIDE: u64 = 1 << 15;
+
+/// An equirectangular picture of linear radiance, rows from the top.
+pub(super) struct Radiance {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) radiance: Vec<[f32; 3]>,
+}
 
 /// A picture of linear radiance whose pixels may come in any order, each once.
 pub(super) struct Canvas {

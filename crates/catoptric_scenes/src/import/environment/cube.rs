@@ -1,7 +1,6 @@
 //! Cube maps as OpenEXR lays them out: six square faces, one below the other.
 
-use super::Radiance;
-use super::canvas::Canvas;
+use super::canvas::{Canvas, Radiance};
 use catoptric_core::scene::Environment;
 use glam::Vec3;
 

@@ -1,7 +1,6 @@
 //! OpenEXR pictures, block by block: latitude-longitude ones in their display window, and cube maps.
 
-use super::Radiance;
-use super::canvas::{Canvas, check_sides};
+use super::canvas::{Canvas, Radiance, check_sides};
 use super::colors::{Conversion, Primaries};
 use super::cube;
 use super::exr_header;

@@ -2,8 +2,7 @@
 //!
 //! After Ward, "Real pixels" (Graphics Gems II, 1991), and the file formats' description that comes with Radiance.
 
-use super::Radiance;
-use super::canvas::Canvas;
+use super::canvas::{Canvas, Radiance};
 use super::colors::{Conversion, Primaries};
 use glam::DVec2;
 

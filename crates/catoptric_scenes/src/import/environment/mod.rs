@@ -16,7 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// The extensions of pictures of environments.
-pub(super) const EXTENSIONS: [&str; 7] = ["hdr", "pic", "exr", "png", "jpg", "jpeg", "webp"];
+const EXTENSIONS: [&str; 7] = ["hdr", "pic", "exr", "png", "jpg", "jpeg", "webp"];
 
 /// One of [`ENVIRONMENT_NAMES`], or an equirectangular picture in linear radiance: Radiance `.hdr`, OpenEXR (also as a
 /// cube map), or an 8-bit PNG, JPEG or WebP. The file's content decides, not its name.
@@ -104,11 +104,9 @@ pub(super) fn extensions() -> String {
     EXTENSIONS.map(|extension| format!(".{extension}")).join(", ")
 }
 
-/// An equirectangular picture of linear radiance, rows from the top.
-struct Radiance {
-    width: u32,
-    height: u32,
-    radiance: Vec<[f32; 3]>,
+/// True for names that pictures of environments have.
+pub(super) fn is_name(name: &str) -> bool {
+    EXTENSIONS.contains(&files::extension(Path::new(name)).as_str())
 }
 
 /// The message about content that is none of a picture's.

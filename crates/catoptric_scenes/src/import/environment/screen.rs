@@ -1,7 +1,6 @@
 //! 8-bit pictures, made for screens, as light from infinity.
 
-use super::Radiance;
-use super::canvas::{Canvas, check_sides};
+use super::canvas::{Canvas, Radiance, check_sides};
 use catoptric_core::framebuffer::linear_from_srgb;
 use image::{ImageFormat, ImageReader, Limits};
 use std::io::Cursor;

@@ -1,17 +1,14 @@
 //! The environment of a scene file, and how it is turned and scaled.
 
-use super::super::environment::{EXTENSIONS, EnvironmentEdit, extensions};
-use super::Lines;
-use super::keys::{Keys, Located, Text};
+use super::super::environment::{EnvironmentEdit, extensions, is_name};
+use super::keys::{Keys, Lines, Located, Text};
 use crate::studio::ENVIRONMENT_NAMES;
 use catoptric_core::error::SceneError;
-use std::path::Path;
 
 /// The name of the environment: of a file, or a built-in one.
 pub(super) fn read(source: Text<'_>, keys: &mut Keys<'_, '_>, lines: &mut Lines) -> Result<Option<String>, SceneError> {
     let Some(Located { begin, value }) = keys.string("environment")? else { return Ok(None) };
-    let extension = super::super::extension(Path::new(&value));
-    if !EXTENSIONS.contains(&extension.as_str()) && !ENVIRONMENT_NAMES.contains(&value.as_str()) {
+    if !is_name(&value) && !ENVIRONMENT_NAMES.contains(&value.as_str()) {
         let names = ENVIRONMENT_NAMES.join(", ");
         let problem = format!("`{value}`; must be a picture ({}), or one of: {names}", extensions());
         return Err(source.invalid(begin, "environment", problem));

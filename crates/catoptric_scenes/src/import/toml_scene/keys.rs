@@ -4,6 +4,9 @@ use catoptric_core::error::{SceneError, did_you_mean};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// Line numbers by fields.
+pub(super) type Lines = std::collections::BTreeMap<String, usize>;
+
 /// The text of a scene file, to find lines in.
 #[derive(Clone, Copy)]
 pub(super) struct Text<'a> {

@@ -17,7 +17,7 @@ use catoptric_core::scene::model::{AnalyticAsset, CameraAsset, Model, Node};
 use catoptric_core::scene::roles::RoleRule;
 use catoptric_core::scene::{Camera, Environment, Role};
 use glam::Vec3;
-use keys::{Keys, Located, Text};
+use keys::{Keys, Lines, Located, Text};
 use std::path::Path;
 use std::sync::Arc;
 use toml::de::DeTable;
@@ -38,9 +38,6 @@ pub struct SceneFile {
     /// Everything that stands in the file itself: reflectors, lights, camera, roles, blends, region and settings.
     pub model: Model,
 }
-
-/// Line numbers by fields.
-type Lines = std::collections::BTreeMap<String, usize>;
 
 /// Files that are the base of each other, at most.
 const MAX_BASES: u32 = 8;
