@@ -16,7 +16,7 @@ const HEIGHT: u32 = 512;
 const TURBIDITY: f64 = 2.5;
 
 /// The sun stands 45 degrees high, to the left behind an eye that looks along -z.
-const TO_SUN: DVec3 = DVec3::new(-0.454, 0.7071, 0.542);
+const TO_SUN: DVec3 = DVec3::new(-0.642, 1.0, 0.766);
 
 /// The sun's angular radius in radians, and its illuminance above the air in kilolux.
 const SUN_RADIUS: f64 = 0.2666 * PI / 180.0;

@@ -177,6 +177,7 @@ impl Environment {
 
     /// The same of several directions, along u and v each.
     #[inline(always)] // for the instructions of its caller
+    #[allow(clippy::needless_range_loop)] // lanes, for the vectoriser
     pub(super) fn places<const N: usize>(&self, directions: &Vec3Lanes<N>) -> [Lanes<N>; 2] {
         let mut positions = Self::positions(directions);
         for i in 0..N {
