@@ -54,7 +54,7 @@ pub(crate) fn trial(context: &Arc<Context>) -> Trial {
     Trial::test(format!("twins of shading on {COUNT} points"), move || compare(&context))
 }
 
-/// Metals, coats, normal maps and lamps, under a sky.
+/// Metals, coats, normal maps and lamps, under a sky that is turned.
 fn scene() -> Result<Scene, Failed> {
     let mut scene = builtin::parse("workshop")?.pose(&Default::default())?;
     let texel = |index: usize| {
@@ -62,7 +62,8 @@ fn scene() -> Result<Scene, Failed> {
         let wave = |period: f32| 0.5 + 0.5 * (x as f32 / period).sin() * (y as f32 / period).cos();
         [wave(9.0), wave(17.0), 2.0 * wave(31.0)]
     };
-    scene.environment = Some(Arc::new(Environment::new("sky", 256, 128, (0..256 * 128).map(texel).collect())));
+    let sky = Environment::new("sky", 256, 128, (0..256 * 128).map(texel).collect());
+    scene.environment = Some(Arc::new(sky.turned(0.7)));
     Ok(scene)
 }
 
