@@ -84,7 +84,7 @@ fn faults_of_options_are_in_plain_words() {
         (&render, "--samples", "99999999999999999999", "the number is too large"),
         (&render, "--order", "17", "whole number from 0 to 16"),
         (&render, "--threads", "0", "1 to 1024"),
-        (&render, "--frames", "x", "it must be a whole number"),
+        (&render, "--frames", "x", "`x` is not a whole number"),
         (&report, "--projection-every", "0", "1 to 1024"),
         (&report, "--set", "referense.seed=1", "there is no method `referense` (did you mean `reference`?)"),
         (&report, "--set", "sed=1", "none of the methods compared has this setting (did you mean `seed`?)"),

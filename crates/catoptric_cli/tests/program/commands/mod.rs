@@ -2,4 +2,5 @@
 
 mod diff;
 mod helpers;
+mod tasks;
 mod watch;

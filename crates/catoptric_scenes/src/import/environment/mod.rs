@@ -7,6 +7,7 @@ mod exr;
 mod exr_header;
 mod hdr;
 mod screen;
+mod unfolded;
 
 use super::files::{self, MAX_SCENE_BYTES};
 use crate::studio::{ENVIRONMENT_NAMES, named_environment};
@@ -55,7 +56,8 @@ pub(super) fn environment_from(
         _ => return Err(SceneError::invalid(name, "picture", unknown(name))),
     };
     let mut found = Vec::new();
-    let picture = read(bytes, &mut found).map_err(|problem| SceneError::invalid(name, "picture", problem))?;
+    let picture = read(bytes, &mut found).and_then(|picture| unfolded::unfolded(picture, &mut found));
+    let picture = picture.map_err(|problem| SceneError::invalid(name, "picture", problem))?;
     warnings.extend(found.into_iter().map(|problem| format!("{name}: {problem}")));
     Ok(Environment::new(files::file_name(name), picture.width, picture.height, picture.radiance))
 }

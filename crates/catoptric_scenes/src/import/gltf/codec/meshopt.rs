@@ -1,7 +1,9 @@
-//! EXT_meshopt_compression: buffer views of attributes, triangles and index sequences, and their filters.
+//! EXT_meshopt_compression and KHR_meshopt_compression: buffer views of attributes, triangles and index sequences, and
+//! their filters.
 //!
 //! Written after the bitstream's description in the extension's specification (Khronos glTF repository,
-//! `extensions/2.0/Vendor/EXT_meshopt_compression`, appendices A and B).
+//! `extensions/2.0/Vendor/EXT_meshopt_compression`, appendices A and B); version 1 of attributes and colours after what
+//! meshoptimizer 1.0 writes.
 
 use super::super::schema::Meshopt;
 
@@ -37,11 +39,13 @@ pub(in super::super) fn decode(view: &Meshopt, data: &[u8]) -> Result<Vec<u8>, S
         "OCTAHEDRAL" if stride == 8 => bytes.chunks_exact_mut(8).for_each(octahedral_16),
         "QUATERNION" if stride == 8 => bytes.chunks_exact_mut(8).for_each(quaternion),
         "EXPONENTIAL" => bytes.chunks_exact_mut(4).for_each(exponential),
-        filter @ ("OCTAHEDRAL" | "QUATERNION") => {
+        "COLOR" if stride == 4 => bytes.chunks_exact_mut(4).for_each(|element| color(element, 1)),
+        "COLOR" if stride == 8 => bytes.chunks_exact_mut(8).for_each(|element| color(element, 2)),
+        filter @ ("OCTAHEDRAL" | "QUATERNION" | "COLOR") => {
             return Err(format!("filter {filter} does not go with byteStride {stride}"));
         }
         other => {
-            return Err(format!("filter is `{other}`; known are NONE, OCTAHEDRAL, QUATERNION and EXPONENTIAL"));
+            return Err(format!("filter is `{other}`; known are NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL and COLOR"));
         }
     }
     Ok(bytes)
@@ -99,34 +103,46 @@ fn check_header(data: &[u8], kind: u8, versions: &[u8]) -> Result<u8, String> {
 
 const GROUP: usize = 16;
 
-/// Appendix A, mode 0: per byte of the element, zigzag differences in groups of 16.
+/// The most elements of a block.
+const MAX_BLOCK: usize = 256;
+
+/// Appendix A, mode 0: the bytes of elements in groups of 16, as differences to the element before. Version 1 has four
+/// ways of storing the bytes of a block, and three kinds of differences.
 fn decode_attributes(count: usize, stride: usize, data: &[u8]) -> Result<Vec<u8>, String> {
-    check_header(data, 0xa0, &[0])?;
-    let tail = stride.max(32);
+    let version = check_header(data, 0xa0, &[0, 1])?;
+    // At the end stand the first element's predecessor and, in version 1, the kinds of differences; padded.
+    let (kept, tail) =
+        if version == 0 { (stride, stride.max(32)) } else { (stride + stride / 4, (stride + stride / 4).max(24)) };
     if data.len() < 1 + tail {
         return Err(CUT_OFF.into());
     }
     let (body, end) = data[1..].split_at(data.len() - 1 - tail);
-    let mut last = end[tail - stride..].to_vec();
+    let (last, kinds) = end[tail - kept..].split_at(stride);
+    let mut last = last.to_vec();
     let mut reader = Reader(body);
-    let block_size = ((8192 / stride) & !(GROUP - 1)).min(256);
-    // A block of 256 elements has at least 4 bytes for each byte of an element.
-    if count.div_ceil(block_size).saturating_mul(stride) > body.len() {
+    let block_size = ((8192 / stride) & !(GROUP - 1)).min(MAX_BLOCK);
+    // A block has at least a byte for each byte of an element, in version 1 two bits.
+    let least = if version == 0 { stride } else { stride / 4 };
+    if count.div_ceil(block_size).saturating_mul(least) > body.len() {
         return Err(CUT_OFF.into());
     }
     let mut bytes = vec![0u8; count * stride];
+    let mut planes = [[0u8; MAX_BLOCK]; 4];
     for block in bytes.chunks_mut(block_size * stride) {
-        let groups = (block.len() / stride).div_ceil(GROUP);
-        for (channel, last) in last.iter_mut().enumerate() {
-            let header = reader.take(groups.div_ceil(4))?;
-            for group in 0..groups {
-                let differences = decode_group((header[group / 4] >> (group % 4 * 2)) & 3, &mut reader)?;
-                let elements = block[group * GROUP * stride..].chunks_exact_mut(stride);
-                for (element, difference) in elements.zip(differences) {
-                    let step = (difference >> 1) ^ 0u8.wrapping_sub(difference & 1);
-                    *last = last.wrapping_add(step);
-                    element[channel] = *last;
-                }
+        let elements = block.len() / stride;
+        let controls = if version == 0 { None } else { Some(reader.take(stride / 4)?) };
+        for word in 0..stride / 4 {
+            for (byte, plane) in planes.iter_mut().enumerate() {
+                let control = controls.map(|controls| (controls[word] >> (byte * 2)) & 3);
+                decode_plane(control, &mut plane[..elements], &mut reader)?;
+            }
+            let kind = kinds.get(word).copied().unwrap_or(0);
+            let last = &mut last[word * 4..word * 4 + 4];
+            for (index, element) in block.chunks_exact_mut(stride).enumerate() {
+                let differences = planes.each_ref().map(|plane| plane[index]);
+                let next = next_word([last[0], last[1], last[2], last[3]], differences, kind)?;
+                last.copy_from_slice(&next);
+                element[word * 4..word * 4 + 4].copy_from_slice(&next);
             }
         }
     }
@@ -136,22 +152,68 @@ fn decode_attributes(count: usize, stride: usize, data: &[u8]) -> Result<Vec<u8>
     Ok(bytes)
 }
 
-fn decode_group(mode: u8, reader: &mut Reader<'_>) -> Result<[u8; GROUP], String> {
+/// One byte of all elements of a block. `control`: of version 1, 0 and 1 for groups, 2 for zeros, 3 for bytes as they
+/// are.
+fn decode_plane(control: Option<u8>, plane: &mut [u8], reader: &mut Reader<'_>) -> Result<(), String> {
+    let widths = match control {
+        None => [0, 2, 4, 8],
+        Some(0) => [0, 1, 2, 4],
+        Some(1) => [1, 2, 4, 8],
+        Some(2) => {
+            plane.fill(0);
+            return Ok(());
+        }
+        Some(_) => {
+            plane.copy_from_slice(reader.take(plane.len())?);
+            return Ok(());
+        }
+    };
+    let header = reader.take(plane.len().div_ceil(GROUP).div_ceil(4))?;
+    for (group, values) in plane.chunks_mut(GROUP).enumerate() {
+        let decoded = decode_group(widths[usize::from((header[group / 4] >> (group % 4 * 2)) & 3)], reader)?;
+        values.copy_from_slice(&decoded[..values.len()]);
+    }
+    Ok(())
+}
+
+/// Four bytes of an element by those of the one before: differences of bytes or of 16-bit numbers, or all 32 bits that
+/// have changed, turned.
+fn next_word(last: [u8; 4], differences: [u8; 4], kind: u8) -> Result<[u8; 4], String> {
+    let halves = |bytes: [u8; 4]| [u16::from_le_bytes([bytes[0], bytes[1]]), u16::from_le_bytes([bytes[2], bytes[3]])];
+    Ok(match kind & 3 {
+        0 => std::array::from_fn(|byte| last[byte].wrapping_add(unzigzag(differences[byte].into()) as u8)),
+        1 => {
+            let ([a, b], [da, db]) = (halves(last), halves(differences));
+            let [a, b] = [(a, da), (b, db)].map(|(last, step)| last.wrapping_add(unzigzag(step.into()) as u16));
+            let ([a, b], [c, d]) = (a.to_le_bytes(), b.to_le_bytes());
+            [a, b, c, d]
+        }
+        2 => {
+            let turned = u32::from_le_bytes(differences).rotate_right(u32::from(kind >> 4));
+            (turned ^ u32::from_le_bytes(last)).to_le_bytes()
+        }
+        _ => return Err("a kind of differences is 3; known are 0 to 2".into()),
+    })
+}
+
+/// A group of values of so many bits each; the largest stands for a byte that follows the group.
+fn decode_group(bits: usize, reader: &mut Reader<'_>) -> Result<[u8; GROUP], String> {
     let mut values = [0u8; GROUP];
-    let bits = match mode {
+    match bits {
         0 => return Ok(values),
-        1 => 2,
-        2 => 4,
-        _ => {
+        8 => {
             values.copy_from_slice(reader.take(GROUP)?);
             return Ok(values);
         }
-    };
+        _ => {}
+    }
     let packed = reader.take(GROUP * bits / 8)?;
     let all_ones = (1u8 << bits) - 1;
     for (index, value) in values.iter_mut().enumerate() {
         let bit = index * bits;
-        let code = (packed[bit / 8] >> (8 - bits - bit % 8)) & all_ones;
+        // Single bits begin at the lowest one, others at the highest.
+        let shift = if bits == 1 { bit % 8 } else { 8 - bits - bit % 8 };
+        let code = (packed[bit / 8] >> shift) & all_ones;
         *value = if code == all_ones { reader.byte()? } else { code };
     }
     Ok(values)
@@ -327,6 +389,27 @@ fn quaternion(element: &mut [u8]) {
     let largest = (packed & 3) as usize;
     for (offset, value) in [w, x, y, z].into_iter().enumerate() {
         set_word(element, (largest + offset) & 3, value);
+    }
+}
+
+/// Luma, two differences of colour and alpha, of so many bytes each, as red, green, blue and alpha. The highest bit of
+/// alpha tells how many bits all of them have.
+fn color(element: &mut [u8], bytes: usize) {
+    let number = |index: usize| {
+        let at = &element[index * bytes..];
+        if bytes == 1 { i32::from(at[0] as i8) } else { i32::from(i16::from_le_bytes([at[0], at[1]])) }
+    };
+    let largest = (1i32 << (8 * bytes)) - 1;
+    let [luma, alpha] = [0, 3].map(|index| number(index) & largest);
+    let [orange, green] = [1, 2].map(number);
+    let top_bit = 31 - (alpha as u32 | 1).leading_zeros();
+    let all_ones = (2i32 << top_bit) - 1;
+    let alpha = ((alpha << 1) & all_ones) | (alpha & 1);
+    let scale = largest as f32 / all_ones as f32;
+    let colors = [luma + orange - green, luma + green, luma - orange - green, alpha];
+    for (place, value) in element.chunks_exact_mut(bytes).zip(colors) {
+        let scaled = ((value as f32 * scale + 0.5) as i32).clamp(0, largest);
+        place.copy_from_slice(&scaled.to_le_bytes()[..bytes]);
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod exr;
 mod hdr;
+mod unfolded;
 
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::Environment;
@@ -10,13 +11,16 @@ use glam::Vec3;
 use std::io::Cursor;
 use std::path::Path;
 
-/// The environment of a file of this name, and the warnings about it.
+/// The environment of a file of this name, and the warnings about it but for that about proportions: most pictures here
+/// are as small as can be.
 fn load_with_warnings(name: &str, bytes: &[u8]) -> Result<(Environment, Vec<String>), SceneError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
     let mut warnings = Vec::new();
-    load_environment(&path, &mut warnings).map(|environment| (environment, warnings))
+    let loaded = load_environment(&path, &mut warnings);
+    warnings.retain(|warning| !warning.contains("stretched"));
+    loaded.map(|environment| (environment, warnings))
 }
 
 /// The environment of a file of this name.
