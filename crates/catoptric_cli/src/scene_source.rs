@@ -10,6 +10,7 @@ use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Lobes, Model, PoseMemory, PoseOptions, Role, Scene};
 use catoptric_scenes::import::EnvironmentEdit;
+use catoptric_scenes::import::LoadOptions;
 use catoptric_scenes::{builtin, import, light_if_dark};
 use clap::ArgMatches;
 use std::path::Path;
@@ -24,12 +25,13 @@ pub(crate) fn load(
     has_roles: bool,
 ) -> Result<Model, Failure> {
     let variant = choice.variant.as_deref();
+    let loading = LoadOptions { variant, allow_outside: choice.allow_outside };
     let mut model = match scene.strip_prefix("builtin:") {
         Some(_) if variant.is_some() => {
             return Err(Failure::input(format!("{scene}: --variant: built-in scenes have no variants")));
         }
         Some(spec) => builtin::parse(spec)?,
-        None => import::load_as(Path::new(scene), variant).map_err(|error| match error {
+        None => import::load_with(Path::new(scene), loading).map_err(|error| match error {
             SceneError::Unknown { kind: "variant", .. } => Failure::input(format!("{scene}: --variant: {error}")),
             error => error.into(),
         })?,

@@ -15,4 +15,8 @@ pub(crate) struct ChoiceArgs {
     /// earlier one moves]
     #[arg(long, value_name = "NAME or INDEX")]
     pub(crate) animation: Option<String>,
+    /// Open files that a glTF or OBJ file names wherever they lie [default: in its folder, the one above, and below]
+    #[arg(long)]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) allow_outside: bool,
 }

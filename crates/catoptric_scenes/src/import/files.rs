@@ -18,17 +18,32 @@ pub trait Resolver: Sync {
     fn read(&self, name: &str, limit: u64) -> Result<Vec<u8>, SceneError>;
 }
 
-/// Finds files relative to a folder.
+/// Finds files relative to a folder: in it, in the one that holds it, and below.
 #[derive(Clone, Debug)]
 pub struct Folder {
     path: PathBuf,
+    allow_outside: bool,
 }
 
 impl Folder {
     /// The folder in which a file lies.
     pub fn of(file: &Path) -> Self {
-        Self { path: file.parent().map(Path::to_path_buf).unwrap_or_default() }
+        Self { path: file.parent().map(Path::to_path_buf).unwrap_or_default(), allow_outside: false }
     }
+
+    /// The same, from which names may lead anywhere.
+    pub fn and_outside(file: &Path) -> Self {
+        Self { allow_outside: true, ..Self::of(file) }
+    }
+}
+
+/// Whether a name leads further than to the folder that holds the one where it begins.
+fn leads_outside(name: &str) -> bool {
+    let mut depth = 0i32;
+    name.split('/').filter(|part| !matches!(*part, "" | ".")).any(|part| {
+        depth += if part == ".." { -1 } else { 1 };
+        depth < -1
+    })
 }
 
 impl Resolver for Folder {
@@ -36,6 +51,10 @@ impl Resolver for Folder {
         let path = self.path.join(name);
         if Path::new(name).is_absolute() {
             let problem = format!("names the absolute path `{name}`; write it relative to the scene");
+            return Err(SceneError::invalid(path.display().to_string(), "path", problem));
+        }
+        if !self.allow_outside && leads_outside(name) {
+            let problem = "lies outside the folder that holds the scene's: move it, or allow it by --allow-outside";
             return Err(SceneError::invalid(path.display().to_string(), "path", problem));
         }
         match path.try_exists() {
@@ -73,7 +92,8 @@ fn folded(name: &str) -> String {
 /// what follows a question mark or number sign, and at last by its last part, beside the scene.
 pub(super) fn read_written(resolver: &dyn Resolver, name: &str, limit: u64) -> Result<Vec<u8>, SceneError> {
     let mut tried: Vec<String> = Vec::new();
-    let mut first_error = None;
+    // The first, but rather why a file may not be opened than that there is none.
+    let mut kept_error: Option<SceneError> = None;
     let slashed = name.replace('\\', "/");
     let bare = slashed.split(['?', '#']).next().unwrap_or_default().to_owned();
     let last = |name: &str| name.rsplit('/').next().unwrap_or_default().to_owned();
@@ -83,11 +103,15 @@ pub(super) fn read_written(resolver: &dyn Resolver, name: &str, limit: u64) -> R
         }
         match resolver.read(&candidate, limit) {
             Ok(bytes) => return Ok(bytes),
-            Err(error) => first_error = first_error.or(Some(error)),
+            Err(error) => {
+                let is_better =
+                    matches!((&kept_error, &error), (Some(SceneError::Read { .. }), SceneError::Invalid { .. }));
+                kept_error = if is_better { Some(error) } else { kept_error.or(Some(error)) };
+            }
         }
         tried.push(candidate);
     }
-    Err(first_error.unwrap_or_else(|| SceneError::invalid(name, "path", "is empty")))
+    Err(kept_error.unwrap_or_else(|| SceneError::invalid(name, "path", "is empty")))
 }
 
 /// For scenes that must stand alone: every other file is missing.

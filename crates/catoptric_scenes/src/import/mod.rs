@@ -35,20 +35,28 @@ const KINDS: &str = ".glb, .gltf, .obj, .ply, .stl and .toml";
 /// # Errors
 /// [`SceneError`] when the file or one that it names cannot be read, is broken, or needs something unknown.
 pub fn load(path: &Path) -> Result<Model, SceneError> {
-    load_as(path, None)
+    load_with(path, LoadOptions::default())
 }
 
-/// The same with the materials of the variant of this name (KHR_materials_variants), over one that a scene file
-/// chooses.
+/// How a scene is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LoadOptions<'a> {
+    /// The variant of materials (KHR_materials_variants), over one that a scene file chooses.
+    pub variant: Option<&'a str>,
+    /// Files that a glTF or OBJ file names may lie anywhere: else in its folder, in the one that holds it, and below.
+    pub allow_outside: bool,
+}
+
+/// The same with options.
 ///
 /// # Errors
-/// As [`load`]; also [`SceneError::Unknown`] when no file of the scene has that variant.
-pub fn load_as(path: &Path, variant: Option<&str>) -> Result<Model, SceneError> {
+/// As [`load`]; also [`SceneError::Unknown`] when no file of the scene has the variant.
+pub fn load_with(path: &Path, options: LoadOptions<'_>) -> Result<Model, SceneError> {
     let model = finished(match extension(path).as_str() {
-        "toml" => toml_scene::load_as(path, variant),
-        _ => load_as_it_stands(path, variant),
+        "toml" => toml_scene::load_with(path, options),
+        _ => load_as_it_stands(path, options),
     }?)?;
-    match variant {
+    match options.variant {
         Some(wanted) if model.variant.is_none() => Err(unknown_variant(&model, wanted)),
         _ => Ok(model),
     }
@@ -64,10 +72,12 @@ fn unknown_variant(model: &Model, wanted: &str) -> SceneError {
 }
 
 /// The same of a file that is no `.toml` scene, wherever it lies.
-fn load_as_it_stands(path: &Path, variant: Option<&str>) -> Result<Model, SceneError> {
+fn load_as_it_stands(path: &Path, options: LoadOptions<'_>) -> Result<Model, SceneError> {
     let name = path.display().to_string();
     check_kind(&name)?;
-    parse(&name, &files::read(path, files::MAX_SCENE_BYTES)?, &Folder::of(path), variant)
+    let bytes = files::read(path, files::MAX_SCENE_BYTES)?;
+    let folder = if options.allow_outside { Folder::and_outside(path) } else { Folder::of(path) };
+    parse(&name, &bytes, &folder, options.variant)
 }
 
 /// Reads a scene from memory, by the extension of its name; `resolver` finds the files that it names.

@@ -7,6 +7,7 @@ mod keys;
 mod light;
 mod reflector;
 
+use super::LoadOptions;
 use super::environment::EnvironmentEdit;
 use super::files::{self, MAX_SCENE_BYTES, Resolver};
 use crate::builtin;
@@ -47,24 +48,26 @@ const MAX_BASES: u32 = 8;
 /// # Errors
 /// [`SceneError`] when a file cannot be read or something in one is wrong; the message names the line.
 pub fn load(path: &Path) -> Result<Model, SceneError> {
-    load_as(path, None)
+    load_with(path, LoadOptions::default())
 }
 
-/// The same with the materials of a variant, in place of the one that the file chooses.
-pub(super) fn load_as(path: &Path, variant: Option<&str>) -> Result<Model, SceneError> {
-    load_nested(path, 0, variant)
+/// The same with options, whose variant takes the place of the one that the file chooses.
+pub(super) fn load_with(path: &Path, options: LoadOptions<'_>) -> Result<Model, SceneError> {
+    load_nested(path, 0, options)
 }
 
-fn load_nested(path: &Path, depth: u32, wanted: Option<&str>) -> Result<Model, SceneError> {
+fn load_nested(path: &Path, depth: u32, options: LoadOptions<'_>) -> Result<Model, SceneError> {
     let file = parse(&path.display().to_string(), &files::read_text(path, MAX_SCENE_BYTES)?)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let base = |name: &str, variant: Option<&str>| match super::extension(Path::new(name)).as_str() {
-        "toml" => load_nested(&folder.join(name), depth + 1, variant),
-        _ => super::finished(super::load_as_it_stands(&folder.join(name), variant)?),
+    let gltf = |name: &str, variant: Option<&str>| {
+        super::load_as_it_stands(&folder.join(name), LoadOptions { variant, ..options })
     };
-    let gltf = |name: &str, variant: Option<&str>| super::load_as_it_stands(&folder.join(name), variant);
+    let base = |name: &str, variant: Option<&str>| match super::extension(Path::new(name)).as_str() {
+        "toml" => load_nested(&folder.join(name), depth + 1, LoadOptions { variant, ..options }),
+        _ => super::finished(gltf(name, variant)?),
+    };
     let environment = |name: &str, warnings: &mut Vec<String>| super::load_environment(&folder.join(name), warnings);
-    complete(file, (depth, wanted), &base, &gltf, &environment)
+    complete(file, (depth, options.variant), &base, &gltf, &environment)
 }
 
 /// Reads a scene file from memory; `name` is for messages, `resolver` finds the files that it names.

@@ -4,7 +4,7 @@ use catoptric_core::error::SceneError;
 use catoptric_core::scene::model::{Model, Primitive};
 use catoptric_core::scene::{AlphaMode, Material, PoseOptions, Role};
 use catoptric_scenes::import::obj::from_slice;
-use catoptric_scenes::import::{NoFiles, Resolver};
+use catoptric_scenes::import::{LoadOptions, NoFiles, Resolver, load_with};
 use glam::{DVec3, Vec2, Vec3};
 
 const QUAD: &str = "o wall\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
@@ -200,5 +200,30 @@ fn vertex_colors_are_srgb() {
         let [red, green, blue, alpha] = model(&text).meshes[0].primitives[0].colors[0];
         // The curve of IEC 61966-2-1 at 0.5.
         assert!((green - 0.214_041).abs() < 1e-5 && [red, blue, alpha] == [1.0, 0.0, 1.0], "{green}");
+    }
+}
+
+/// A scene opens what lies beside it and in the folder above, and no file of elsewhere unless that is wanted.
+#[test]
+fn names_do_not_lead_out_of_the_folder_above() {
+    let root = tempfile::tempdir().expect("a folder");
+    let folder = root.path().join("models/chair");
+    std::fs::create_dir_all(&folder).expect("folders");
+    let materials = "newmtl red\nKd 1 0 0\n";
+    std::fs::write(root.path().join("outside.mtl"), materials).expect("a file");
+    std::fs::write(root.path().join("models/above.mtl"), materials).expect("a file");
+    let scene = folder.join("chair.obj");
+    let color = |library: &str, allow_outside: bool| {
+        std::fs::write(&scene, format!("mtllib {library}\nusemtl red\n{QUAD}")).expect("a file");
+        let model =
+            load_with(&scene, LoadOptions { allow_outside, ..LoadOptions::default() }).expect("a readable file");
+        (model.materials[0].base_color.truncate(), model.warnings)
+    };
+    let red = Vec3::X;
+    assert_eq!(color("../above.mtl", false), (red, vec![]));
+    assert_eq!(color("..\\..\\outside.mtl", true), (red, vec![]));
+    for library in ["../../outside.mtl", "..\\..\\outside.mtl", "x/../../../outside.mtl", "../x/../../outside.mtl"] {
+        let (color, warnings) = color(library, false);
+        assert!(color == Vec3::ONE && warnings[0].contains("--allow-outside"), "{library}: {warnings:?}");
     }
 }
