@@ -23,15 +23,16 @@ impl Primaries {
     pub(super) const XYZ: Self =
         Self { red: DVec2::X, green: DVec2::Y, blue: DVec2::ZERO, white: DVec2::splat(1.0 / 3.0) };
 
-    /// Converts these primaries' colours; `None`: they are those of Rec. 709. Another white becomes white (by
-    /// Bradford's adaptation), but X, Y and Z are colours as they are.
-    pub(super) fn to_rec_709(self) -> Result<Option<Conversion>, String> {
+    /// Converts these primaries' colours; `None`: they are those of Rec. 709, or no colours can be made of them, as of
+    /// the zeros that Photoshop writes where it means those of Rec. 709. Another white becomes white (by Bradford's
+    /// adaptation), but X, Y and Z are colours as they are.
+    pub(super) fn to_rec_709(self) -> Option<Conversion> {
         let near = |other: &Self| {
             let pairs = [(self.red, other.red), (self.green, other.green), (self.blue, other.blue)];
             pairs.iter().chain([&(self.white, other.white)]).all(|(one, other)| one.distance(*other) < 2e-3)
         };
         if near(&Self::REC_709) {
-            return Ok(None);
+            return None;
         }
         let adaptation = match near(&Self::XYZ) {
             true => DMat3::IDENTITY,
@@ -39,10 +40,7 @@ impl Primaries {
         };
         let matrix = Self::REC_709.to_xyz().inverse() * adaptation * self.to_xyz();
         let columns = matrix.to_cols_array();
-        if columns.iter().any(|value| !value.is_finite() || value.abs() > 1e3) {
-            return Err("has chromaticities of which no colours can be made: save it with those of Rec. 709".into());
-        }
-        Ok(Some(Conversion(matrix)))
+        columns.iter().all(|value| value.abs() <= 1e3).then_some(Conversion(matrix))
     }
 
     /// The colour of white, its luminance 1.

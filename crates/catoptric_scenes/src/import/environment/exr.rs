@@ -75,14 +75,14 @@ fn find_layer(headers: &[Header]) -> Result<Layer, String> {
     for (part, header) in headers.iter().enumerate() {
         match find_channels(header) {
             Ok(channels) => {
-                let colors = header.shared_attributes.chromaticities.map(|places| {
+                let colors = header.shared_attributes.chromaticities.and_then(|places| {
                     let place = |at: exr::math::Vec2<f32>| DVec2::new(f64::from(at.x()), f64::from(at.y()));
                     let [red, green, blue, white] = [places.red, places.green, places.blue, places.white].map(place);
                     Primaries { red, green, blue, white }.to_rec_709()
                 });
                 // Grey is the luminance of white, whatever the primaries are.
                 let is_grey = channels[0] == channels[1];
-                let colors = if is_grey { None } else { colors.transpose()?.flatten() };
+                let colors = colors.filter(|_| !is_grey);
                 return Ok(Layer { part, channels, colors });
             }
             Err(of_part) if problem.is_empty() => problem = of_part,

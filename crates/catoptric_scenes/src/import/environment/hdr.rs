@@ -111,7 +111,7 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), String> {
     }
     let axes = read_axes(&line()?)?;
     let primaries = if is_xyz { Some(Primaries::XYZ) } else { primaries };
-    let colors = primaries.map_or(Ok(None), Primaries::to_rec_709)?;
+    let colors = primaries.and_then(Primaries::to_rec_709);
     Ok((Header { exposure, colors, axes }, rest))
 }
 

@@ -113,3 +113,21 @@ fn large_pictures_are_halved() {
     assert!(warning.contains("half") && warning.contains("16384 x 513"), "{warning}");
     assert!(refusal("sky.hdr", b"#?RADIANCE\n\n-Y 8192 +X 16384\n").contains("cut off"));
 }
+
+/// As Photoshop writes it, and with it most libraries of environments.
+#[test]
+fn primaries_of_zeros_name_none() {
+    for line in ["PRIMARIES=0 0 0 0 0 0 0 0\n", "PRIMARIES=0.3 0.3 0.3 0.3 0.3 0.3 0.3 0.3\n"] {
+        assert_eq!(picture("sky.hdr", &flat(&format!("# Made with Adobe Photoshop\nGAMMA=1\n{line}"))), all());
+    }
+}
+
+/// The default of Radiance itself, whose white is that of equal energy: white stays white.
+#[test]
+fn primaries_are_converted() {
+    let bytes = flat("PRIMARIES=0.640 0.330 0.290 0.600 0.150 0.060 0.333333 0.333333\n");
+    for ([red, green, blue], [as_red, as_green, as_blue]) in picture("sky.hdr", &bytes).into_iter().zip(all()) {
+        // Green of 0.29 is a little less red than that of Rec. 709, whose x is 0.30.
+        assert!((red - as_red).abs() < 0.15 && (green - as_green).abs() < 0.05 && (blue - as_blue).abs() < 0.05);
+    }
+}
