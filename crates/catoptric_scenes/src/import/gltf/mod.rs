@@ -48,7 +48,7 @@ pub fn from_slice_as(
 ) -> Result<Model, SceneError> {
     let parts = container::split(name, bytes)?;
     let mut document = schema::parse(name, parts.json)?;
-    let variants = variants::names(name, &document)?;
+    let variants = variants::names(&document);
     let chosen = variant.and_then(|wanted| variants.iter().position(|known| known == wanted));
     if let Some(index) = chosen {
         variants::choose(name, &mut document, index)?;

@@ -149,8 +149,6 @@ schema! {
     }
     Spot { inner_cone_angle: f32, outer_cone_angle: Option<f32>, }
     Lights { lights: Vec<Light>, }
-    Variants { variants: Vec<Variant>, }
-    Variant { name: String, }
     VariantMappings { mappings: Vec<VariantMapping>, }
     VariantMapping { material: Option<usize>, variants: Vec<usize>, }
     LightReference { light: Option<usize>, }

@@ -3,12 +3,12 @@
 use super::schema::{self, Document};
 use catoptric_core::error::SceneError;
 
-/// The names of the file's variants, in its order.
-pub(super) fn names(name: &str, document: &Document) -> Result<Vec<String>, SceneError> {
-    let owner = || "root".to_owned();
-    let found: Option<schema::Variants> =
-        schema::extension(name, &owner, &document.extensions, "KHR_materials_variants")?;
-    Ok(found.unwrap_or_default().variants.into_iter().map(|variant| variant.name).collect())
+/// The names of the file's variants, in its order; one that is no text is empty, and cannot be chosen.
+pub(super) fn names(document: &Document) -> Vec<String> {
+    let variants = document.extensions.get("KHR_materials_variants").and_then(|extension| extension.get("variants"));
+    let name =
+        |variant: &serde_json::Value| variant.get("name").and_then(|name| name.as_str()).unwrap_or_default().into();
+    variants.and_then(|variants| variants.as_array()).into_iter().flatten().map(name).collect()
 }
 
 /// Gives all primitives the materials that they have in the variant with this index; those that it does not mention
