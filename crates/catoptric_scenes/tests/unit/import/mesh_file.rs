@@ -1,5 +1,6 @@
 //! Meshes in `.ply` and `.stl` files.
 
+use catoptric_core::math::random::Stream;
 use catoptric_core::scene::model::{Model, Primitive};
 use catoptric_scenes::import::{NoFiles, load_bytes};
 use glam::Vec3;
@@ -136,4 +137,46 @@ fn files_of_other_kinds_are_named() {
     let model = read("points.ply", points.as_bytes());
     assert!(model.warnings.iter().any(|warning| warning.contains("points are not drawn")), "{:?}", model.warnings);
     assert!(model.warnings.iter().any(|warning| warning.contains("nothing to draw")), "{:?}", model.warnings);
+}
+
+/// Changed, doubled and lost bytes make no file worse than an error, and no mesh whose triangles miss their vertices.
+#[test]
+fn mutated_files_never_panic() {
+    let mut binary = ply_header("binary_little_endian").into_bytes();
+    binary.extend([0x40; 80]);
+    let text = ply_header("ascii") + "0 0 0 1 2 3\n1 0 0 1 2 3\n1 1 0 1 2 3\n0 1 0 1 2 3\n0 4 0 1 2 3\n";
+    let stl = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    let mut binary_stl = vec![b' '; 80];
+    binary_stl.extend(2u32.to_le_bytes());
+    binary_stl.extend([0x3f; 100]);
+    let obj =
+        b"o a\ns 1\nv 0 0 0 1 1 1\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3/-1 -1\nf 1 2 3 4\n";
+    let samples: [(&str, &[u8]); 5] =
+        [("a.ply", &binary), ("a.ply", text.as_bytes()), ("a.stl", stl), ("a.stl", &binary_stl), ("a.obj", obj)];
+    for (iteration, (name, sample)) in (0..10_000u64).zip(samples.into_iter().cycle()) {
+        let mut random = Stream::new(iteration);
+        let mut below = |limit: usize| (random.next_unit() * limit as f32) as usize;
+        let mut bytes = sample.to_vec();
+        for _ in 0..1 + below(4) {
+            let place = below(bytes.len());
+            match below(4) {
+                0 => bytes[place] = below(256) as u8,
+                1 => bytes[place] = b"0123456789-/\\\n e.#"[below(18)],
+                2 => drop(bytes.drain(place..(place + 1 + below(6)).min(bytes.len()))),
+                _ => bytes.extend_from_within(place..),
+            }
+            if bytes.is_empty() {
+                bytes.push(b' ');
+            }
+        }
+        let Ok(model) = load_bytes(name, &bytes, &NoFiles) else { continue };
+        for part in model.meshes.iter().flat_map(|mesh| &mesh.primitives) {
+            let count = part.positions.len();
+            assert!(part.triangles.iter().flatten().all(|corner| (*corner as usize) < count), "{iteration}");
+            assert!(part.positions.iter().all(|place| place.is_finite()), "{iteration}");
+            for length in [part.normals.len(), part.uvs[0].len(), part.colors.len()] {
+                assert!(length == 0 || length == count, "{iteration}");
+            }
+        }
+    }
 }

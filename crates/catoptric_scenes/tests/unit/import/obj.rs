@@ -1,6 +1,7 @@
 //! Wavefront `.obj` files and their materials.
 
 use catoptric_core::error::SceneError;
+use catoptric_core::math::random::Stream;
 use catoptric_core::scene::model::{Model, Primitive};
 use catoptric_core::scene::{AlphaMode, Material, PoseOptions, Role};
 use catoptric_scenes::import::obj::from_slice;
@@ -225,5 +226,42 @@ fn names_do_not_lead_out_of_the_folder_above() {
     for library in ["../../outside.mtl", "..\\..\\outside.mtl", "x/../../../outside.mtl", "../x/../../outside.mtl"] {
         let (color, warnings) = color(library, false);
         assert!(color == Vec3::ONE && warnings[0].contains("--allow-outside"), "{library}: {warnings:?}");
+    }
+}
+
+/// The bytes of every file.
+struct Same(Vec<u8>);
+
+impl Resolver for Same {
+    fn read(&self, _name: &str, _limit: u64) -> Result<Vec<u8>, SceneError> {
+        Ok(self.0.clone())
+    }
+}
+
+/// Changed and lost bytes of materials make warnings at most, and numbers within their bounds.
+#[test]
+fn mutated_materials_never_panic() {
+    let sound = b"newmtl m\nKd 0.5 0 0\nKs 1 1 1\nNs 30\nNi 1.5\nd 0.5\nTf 1 0 0\nillum 7\nPr 0.5\nPm 1\nPc 1\n\
+                  map_Kd -s 2 2 1 -o 0 0 -bm 2 -clamp on a.png\nmap_d -imfchan l b.png\nbump -bm 1 c.png\n";
+    let text = format!("mtllib a.mtl\nusemtl m\n{QUAD}");
+    for iteration in 0..5000u64 {
+        let mut random = Stream::new(iteration);
+        let mut below = |limit: usize| (random.next_unit() * limit as f32) as usize;
+        let mut bytes = sound.to_vec();
+        for _ in 0..1 + below(4) {
+            let place = below(bytes.len());
+            match below(3) {
+                0 => bytes[place] = below(256) as u8,
+                1 => bytes[place] = b"0123456789-\n en"[below(15)],
+                _ => drop(bytes.drain(place..(place + 1 + below(6)).min(bytes.len()))),
+            }
+        }
+        let model = from_slice("a.obj", text.as_bytes(), &Same(bytes)).expect("broken materials refuse no file");
+        for material in &model.materials {
+            assert!(material.base_color.is_finite() && (1.0..=10.0).contains(&material.ior), "{iteration}");
+            let facets = material.microfacets.iter();
+            assert!(facets.clone().all(|facets| (0.0..=1.0).contains(&facets.roughness)), "{iteration}");
+            assert!(facets.clone().all(|facets| (0.0..=1.0).contains(&facets.metallic)), "{iteration}");
+        }
     }
 }
