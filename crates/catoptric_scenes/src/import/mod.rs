@@ -120,7 +120,11 @@ fn check_kind(name: &str) -> Result<(), SceneError> {
         "zip" | "7z" | "rar" | "gz" => "; unpack it first",
         _ => "",
     };
-    let problem = format!("`.{extension}` is no kind of scene; allowed are {KINDS}{remedy}");
+    let problem = match extension.as_str() {
+        "" if Path::new(name).is_dir() => "is a folder: name a file in it".into(),
+        "" => format!("is missing; allowed are {KINDS}"),
+        extension => format!("`.{extension}` is no kind of scene; allowed are {KINDS}{remedy}"),
+    };
     Err(SceneError::invalid(name, "extension", problem))
 }
 

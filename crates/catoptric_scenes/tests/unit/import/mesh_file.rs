@@ -128,6 +128,8 @@ fn files_of_other_kinds_are_named() {
         ("a.stl", b"PK\x03\x04", "ZIP"),
         ("a.ply", b"Kaydara FBX Binary", "FBX"),
         ("a.fbx", b"", "export glTF"),
+        ("a", b"", "is missing; allowed are .glb"),
+        ("/", b"", "is a folder"),
     ] {
         let message = load_bytes(name, bytes, &NoFiles).expect_err("another kind").to_string();
         assert!(message.starts_with(name) && message.contains(needle), "{message}");
