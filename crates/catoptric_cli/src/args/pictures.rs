@@ -31,7 +31,7 @@ pub(crate) struct SequenceArgs {
     pub(crate) turntable: Option<u32>,
 }
 
-/// What pictures hold.
+/// The content of pictures beside their colours, and its format.
 #[derive(Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct PictureArgs {

@@ -21,7 +21,7 @@ pub(crate) struct Sequence {
 }
 
 impl From<u32> for Sequence {
-    /// So many from the first, that stand still if no other motion is asked for.
+    /// This many frames from the first, which stand still if no other motion is asked for.
     fn from(count: u32) -> Self {
         Self { first: 0, count, frames_per_second: FRAMES_PER_SECOND, plays_animation: false, turn: None }
     }

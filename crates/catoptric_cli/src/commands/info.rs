@@ -33,7 +33,7 @@ struct Clip {
     channels: usize,
     /// In seconds.
     duration: f32,
-    /// It moves something.
+    /// True if it moves something.
     plays: bool,
 }
 

@@ -34,7 +34,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
         shot.hide_background();
     }
     if args.picture.transparent || args.picture.layers {
-        // What is seen first is found as the CPU draws it.
+        // Coverage and first surfaces are found as the CPU draws them.
         shot.gpu = None;
     }
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();

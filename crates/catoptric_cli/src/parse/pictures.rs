@@ -12,7 +12,7 @@ const MOST_DIGITS: usize = 9;
 /// The frames that `--frames` names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FramesWanted {
-    /// So many, from the first.
+    /// This many frames, from the first.
     Count(u32),
     /// From one number to another, both included, counted from 1.
     Range(u32, u32),
@@ -113,14 +113,14 @@ pub(crate) struct Region {
 }
 
 impl Region {
-    /// What lies in it of values of all pixels of a picture it is in, rows from the top.
+    /// The values of its pixels, from those of a picture of this width that it lies in; rows from the top.
     pub(crate) fn of<T: Copy>(&self, values: &[T], width: u32) -> Vec<T> {
         let rows = values.chunks_exact(width as usize).skip(self.corner[1] as usize).take(self.size[1] as usize);
         let left = self.corner[0] as usize;
         rows.flat_map(|row| &row[left..left + self.size[0] as usize]).copied().collect()
     }
 
-    /// Whether it lies within a picture.
+    /// Returns true if it lies within a picture.
     pub(crate) fn is_within(&self, size: [u32; 2]) -> bool {
         (0..2).all(|axis| u64::from(self.corner[axis]) + u64::from(self.size[axis]) <= u64::from(size[axis]))
     }

@@ -33,7 +33,7 @@ pub enum PictureFormat {
 }
 
 impl PictureFormat {
-    /// What names of pictures end in.
+    /// The extensions of pictures, for messages.
     pub const EXTENSIONS: &str = ".png, .jpg, .webp or .exr";
 
     /// The format that a file name's extension stands for; returns `None` if it is none of [`Self::EXTENSIONS`].

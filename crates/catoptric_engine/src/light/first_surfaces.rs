@@ -1,4 +1,4 @@
-//! What an eye sees first in each pixel of a picture, by rays.
+//! The first surfaces that an eye sees in the pixels of a picture, by rays.
 
 use super::path_tracer::NearPlane;
 use super::tracer::Tracer;
@@ -29,7 +29,7 @@ pub struct SeenPoint {
 }
 
 impl<'a> FirstSurfaces<'a> {
-    /// Of a view, by a tracer of the whole scene.
+    /// The surfaces of a view; the tracer holds the whole scene.
     pub fn new(scene: &'a Scene, tracer: &'a Tracer, view: &View) -> Self {
         let forward = -Vec3::from(view.world_from_view.matrix3.z_axis).normalize_or_zero();
         let size = [view.width, view.height];

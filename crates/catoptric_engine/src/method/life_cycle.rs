@@ -34,7 +34,7 @@ impl Family {
     }
 }
 
-/// What to know of a method before choosing it, in sentences without their capital letter and full stop.
+/// Facts to know before a method is chosen, in sentences without their capital letter and full stop.
 #[derive(Debug)]
 pub struct About {
     /// The method's README, which begins with its idea.

@@ -22,7 +22,7 @@ pub struct LookupShader<'a, L> {
     pub rays: ViewRays,
     /// Shading of reflectors and lenses.
     pub reflectors: &'a L,
-    /// What is seen in place of what lies behind all that is drawn.
+    /// Radiance behind all that is drawn, in place of the environment.
     pub backdrop: Option<Vec3>,
 }
 

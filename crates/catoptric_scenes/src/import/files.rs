@@ -37,7 +37,7 @@ impl Folder {
     }
 }
 
-/// Whether a name leads further than to the folder that holds the one where it begins.
+/// Returns true if a name leads further than to the folder that holds the one where it begins.
 fn leads_outside(name: &str) -> bool {
     let mut depth = 0i32;
     name.split('/').filter(|part| !matches!(*part, "" | ".")).any(|part| {
@@ -208,4 +208,10 @@ pub(super) fn extension(path: &Path) -> String {
 /// The last part of a name or path, for messages and as the name of objects without one.
 pub(super) fn file_name(name: &str) -> &str {
     name.rsplit(['/', '\\']).next().unwrap_or(name)
+}
+
+/// The same without its extension.
+pub(super) fn file_stem(name: &str) -> &str {
+    let file = file_name(name);
+    file.rsplit_once('.').map_or(file, |(stem, _)| stem)
 }

@@ -8,7 +8,7 @@ const MAX_SHARP_ROUGHNESS: f32 = 0.02;
 /// Opaque dielectrics that are rougher all over reflect the environment alone, as wide as half of the sky.
 const MAX_FOLLOWED_ROUGHNESS: f32 = 0.75;
 
-/// What a file says beside a material's factors.
+/// Properties of a file's material beside its factors.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Details {
     /// A texture of roughness or metalness.

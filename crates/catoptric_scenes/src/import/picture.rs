@@ -72,7 +72,7 @@ fn reader(bytes: &[u8]) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     Ok(reader)
 }
 
-/// Whether the header is one of a Truevision TGA picture: its kinds of colour maps, pictures and depths.
+/// Returns true if the header is one of a Truevision TGA picture: its kinds of colour maps, pictures and depths.
 fn is_targa(bytes: &[u8]) -> bool {
     matches!(bytes, [_, 0 | 1, 1 | 2 | 3 | 9 | 10 | 11, ..])
         && matches!(bytes.get(16), Some(8 | 15 | 16 | 24 | 32))

@@ -1,4 +1,4 @@
-//! What a frame shows beside its colours: how much of each pixel, how far away, and which object.
+//! Coverage, depth, normals, objects and reflections of a frame, beside its colours.
 
 use crate::drawing::Drawing;
 use crate::failure::Failure;

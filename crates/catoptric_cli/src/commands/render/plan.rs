@@ -73,7 +73,7 @@ impl Plan {
         }
     }
 
-    /// Its mask.
+    /// The mask of a frame, counted from 0.
     pub(super) fn mask(&self, args: &RenderArgs, frame: u32) -> Option<FileOrStream> {
         let path = args.picture.mask.as_ref()?;
         Some(FileOrStream::File(self.mask.as_ref().map_or_else(|| path.clone(), |pattern| pattern.path(frame + 1))))

@@ -329,7 +329,7 @@ impl Scene {
         self.environment.as_ref().map_or(Vec3::ZERO, |environment| environment.radiance(direction))
     }
 
-    /// What the eye sees in a direction of unit length where nothing stands before it.
+    /// Radiance that the eye sees in a direction of unit length where nothing stands before it.
     #[inline(always)]
     pub fn background_seen(&self, direction: Vec3) -> Vec3 {
         self.backdrop.unwrap_or_else(|| self.background(direction))

@@ -1,6 +1,7 @@
 //! Pictures that are filled pixel by pixel, at a part of their size where they are large.
 
 use catoptric_core::scene::Environment;
+use glam::Vec3;
 
 /// The most pixels of an environment: 8192 x 4096. Larger pictures are halved.
 const MAX_PIXELS: u64 = 1 << 25;
@@ -72,6 +73,39 @@ impl Canvas {
         let height = self.radiance.len() / self.kept_width;
         Radiance { width: self.kept_width as u32, height: height as u32, radiance: self.radiance }
     }
+}
+
+/// The panorama of a cube with faces of so many pixels a side, of about the same density, from its radiance by
+/// direction.
+pub(super) fn of_cube(
+    side: usize,
+    radiance: impl Fn(Vec3) -> Vec3,
+    warnings: &mut Vec<String>,
+) -> Result<Radiance, String> {
+    /// Places along a side of a texel that are averaged.
+    const PLACES: usize = 2;
+    let (width, height) = (4 * side, 2 * side);
+    let mut canvas = Canvas::new(width as u64, height as u64, warnings)?;
+    for row in 0..height {
+        for column in 0..width {
+            let mut sum = Vec3::ZERO;
+            for place in 0..PLACES * PLACES {
+                let within = |place: usize| (place as f32 + 0.5) / PLACES as f32;
+                let u = (column as f32 + within(place % PLACES)) / width as f32;
+                let v = (row as f32 + within(place / PLACES)) / height as f32;
+                sum += radiance(Environment::direction(u, v));
+            }
+            canvas.set(column, row, (sum / (PLACES * PLACES) as f32).to_array());
+        }
+    }
+    Ok(canvas.into_radiance())
+}
+
+/// The value at a place between the pixels of a picture, whose columns and rows are whole at their middles.
+pub(super) fn between(column: f32, row: f32, pixel: impl Fn(usize, usize) -> Vec3) -> Vec3 {
+    let (left, top) = (column as usize, row as usize);
+    let [upper, lower] = [top, top + 1].map(|y| pixel(left, y).lerp(pixel(left + 1, y), column - left as f32));
+    upper.lerp(lower, row - top as f32)
 }
 
 /// Refuses pictures without pixels, and very long sides.

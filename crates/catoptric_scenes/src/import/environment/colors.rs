@@ -55,7 +55,7 @@ impl Primaries {
     }
 }
 
-/// What makes colours of one set of primaries those of another.
+/// The conversion of colours of one set of primaries to another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Conversion(DMat3);
 

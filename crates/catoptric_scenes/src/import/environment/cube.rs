@@ -1,14 +1,11 @@
 //! Cube maps as OpenEXR lays them out: six square faces, one below the other.
 
-use super::canvas::{Canvas, Radiance};
+use super::canvas::{self, Radiance};
 use catoptric_core::scene::Environment;
 use glam::Vec3;
 
 /// The largest side of a face.
 const MAX_FACE: u64 = 2048;
-
-/// Places along a side of a texel of the panorama that are averaged.
-const PLACES: usize = 2;
 
 /// The faces +X, -X, +Y, -Y, +Z and -Z, each of rows from the top.
 pub(super) struct Faces {
@@ -38,22 +35,7 @@ impl Faces {
     /// The cube as a latitude-longitude picture of about the same density, placed as OpenEXR's latitude-longitude
     /// maps are: their middle, +Z, is where environments' is, +x.
     pub(super) fn into_radiance(self, warnings: &mut Vec<String>) -> Result<Radiance, String> {
-        let (width, height) = (4 * self.side, 2 * self.side);
-        let mut canvas = Canvas::new(width as u64, height as u64, warnings)?;
-        for row in 0..height {
-            for column in 0..width {
-                let mut sum = Vec3::ZERO;
-                for place in 0..PLACES * PLACES {
-                    let within = |place: usize| (place as f32 + 0.5) / PLACES as f32;
-                    let u = (column as f32 + within(place % PLACES)) / width as f32;
-                    let v = (row as f32 + within(place / PLACES)) / height as f32;
-                    let towards = Environment::direction(u, v);
-                    sum += self.at(Vec3::new(-towards.z, towards.y, towards.x));
-                }
-                canvas.set(column, row, (sum / (PLACES * PLACES) as f32).to_array());
-            }
-        }
-        Ok(canvas.into_radiance())
+        canvas::of_cube(self.side, |towards| self.at(Vec3::new(-towards.z, towards.y, towards.x)), warnings)
     }
 
     /// The radiance from a direction in the cube's axes. Pixels on a face's border lie on the cube's edges.
@@ -73,12 +55,9 @@ impl Faces {
         let last = (self.side - 1) as f32;
         let place = |along: f32| (0.5 * (along / size.max_element() + 1.0) * last).clamp(0.0, last);
         let (column, row) = (place(right), place(down));
-        let (left, top) = (column as usize, row as usize);
-        let pixel = |x: usize, y: usize| {
+        canvas::between(column, row, |x, y| {
             let (x, y) = (x.min(self.side - 1), face * self.side + y.min(self.side - 1));
             Vec3::from(self.radiance[y * self.side + x])
-        };
-        let [upper, lower] = [top, top + 1].map(|y| pixel(left, y).lerp(pixel(left + 1, y), column - left as f32));
-        upper.lerp(lower, row - top as f32)
+        })
     }
 }

@@ -32,7 +32,8 @@ pub(super) fn channels_told<'a>(names: impl Iterator<Item = &'a str>, remark: &s
     format!("has the channels {told}; {remark}")
 }
 
-/// What the first part has that is not read: deep pixels, a foreign compression, brightness apart from colours.
+/// The property of the first part for which it is not read: deep pixels, a foreign compression, brightness apart
+/// from colours.
 fn reason(bytes: &[u8]) -> Option<String> {
     let version = u32::from_le_bytes(*bytes.get(4..)?.first_chunk()?);
     if version & (1 << 11) != 0 {

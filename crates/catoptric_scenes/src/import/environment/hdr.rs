@@ -9,9 +9,9 @@ use glam::DVec2;
 /// Scanlines of other lengths are never written component by component.
 const COMPONENT_LENGTHS: std::ops::RangeInclusive<usize> = 8..=0x7fff;
 
-/// What the header says.
+/// The contents of a header.
 struct Header {
-    /// What the file's values are divided by.
+    /// The divisor of the file's values.
     exposure: [f64; 3],
     colors: Option<Conversion>,
     axes: Axes,

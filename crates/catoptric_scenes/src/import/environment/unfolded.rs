@@ -1,14 +1,10 @@
 //! Cubes that are unfolded in a picture without saying so: strips and crosses of six square faces.
 
-use super::canvas::{Canvas, Radiance};
-use catoptric_core::scene::Environment;
+use super::canvas::{self, Radiance};
 use glam::Vec3;
 
 /// Panoramas are twice as wide as high, but for a pixel or a trimmed border.
 const PANORAMA_RATIOS: std::ops::RangeInclusive<f64> = 1.9..=2.1;
-
-/// Places along a side of a texel of the panorama that are averaged.
-const PLACES: usize = 2;
 
 /// A way of unfolding: columns and rows of faces, and where the faces +X, -X, +Y, -Y, +Z and -Z stand.
 struct Layout {
@@ -48,8 +44,8 @@ pub(super) fn unfolded(picture: Radiance, warnings: &mut Vec<String>) -> Result<
     Ok(picture)
 }
 
-/// Whether the squares without a face are all of one colour, as far as compression leaves them: a photograph of these
-/// proportions is no cross.
+/// Returns true if the squares without a face are all of one colour, as far as compression leaves them: a photograph
+/// of these proportions is no cross.
 fn has_empty_corners(picture: &Radiance, layout: &Layout) -> bool {
     const SAME: f32 = 0.02;
     let (width, side) = (picture.width as usize, picture.width as usize / layout.columns);
@@ -65,21 +61,7 @@ fn has_empty_corners(picture: &Radiance, layout: &Layout) -> bool {
 /// of +Z; +Z is towards z and +X towards -x, as web renderers place them.
 fn panorama(picture: &Radiance, layout: &Layout, warnings: &mut Vec<String>) -> Result<Radiance, String> {
     let side = picture.width as usize / layout.columns;
-    let (width, height) = (4 * side, 2 * side);
-    let mut canvas = Canvas::new(width as u64, height as u64, warnings)?;
-    for row in 0..height {
-        for column in 0..width {
-            let mut sum = Vec3::ZERO;
-            for place in 0..PLACES * PLACES {
-                let within = |place: usize| (place as f32 + 0.5) / PLACES as f32;
-                let u = (column as f32 + within(place % PLACES)) / width as f32;
-                let v = (row as f32 + within(place / PLACES)) / height as f32;
-                sum += at(picture, layout, side, Environment::direction(u, v));
-            }
-            canvas.set(column, row, (sum / (PLACES * PLACES) as f32).to_array());
-        }
-    }
-    Ok(canvas.into_radiance())
+    canvas::of_cube(side, |towards| at(picture, layout, side, towards), warnings)
 }
 
 /// The radiance from a direction, between the middles of a face's pixels.
@@ -101,11 +83,8 @@ fn at(picture: &Radiance, layout: &Layout, side: usize, towards: Vec3) -> Vec3 {
     let place = |along: f32| (0.5 * (turn * along / size.max_element() + 1.0) * side as f32 - 0.5).clamp(0.0, last);
     let (column, row) = (place(right), place(down));
     let [first_column, first_row] = layout.faces[face].map(|square| square * side);
-    let pixel = |x: usize, y: usize| {
+    canvas::between(column, row, |x, y| {
         let (x, y) = (first_column + x.min(side - 1), first_row + y.min(side - 1));
         Vec3::from(picture.radiance[y * picture.width as usize + x])
-    };
-    let (left, top) = (column as usize, row as usize);
-    let [upper, lower] = [top, top + 1].map(|y| pixel(left, y).lerp(pixel(left + 1, y), column - left as f32));
-    upper.lerp(lower, row - top as f32)
+    })
 }

@@ -1,6 +1,6 @@
 //! Models of one mesh.
 
-use super::super::files::file_name;
+use super::super::files::file_stem;
 use catoptric_core::scene::Material;
 use catoptric_core::scene::model::{LocalTransform, MeshAsset, Model, Node, Primitive};
 use glam::{DQuat, DVec3, Vec3};
@@ -43,8 +43,7 @@ impl Mesh {
         if primitive.normals.is_empty() {
             smooth(&mut primitive);
         }
-        let file = file_name(name);
-        let node_name = file.rsplit_once('.').map_or(file, |(stem, _)| stem).to_owned();
+        let node_name = file_stem(name).to_owned();
         let mut model = Model { name: name.into(), ..Model::default() };
         model.materials.push(Material::diffuse(&node_name, Vec3::splat(PLASTER)));
         model.nodes.push(Node { name: node_name.clone(), local: place(center), mesh: Some(0), ..Node::default() });

@@ -41,7 +41,7 @@ impl PolygonDivider {
     }
 }
 
-/// Whether a polygon turns to the same side at all corners, seen along its mean normal (Newell's).
+/// Returns true if a polygon turns to the same side at all corners, seen along its mean normal (Newell's).
 fn is_convex(corners: &[DVec3]) -> bool {
     let next = |index: usize| corners[(index + 1) % corners.len()];
     let normal: DVec3 =

@@ -10,7 +10,7 @@ mod pictures;
 mod surface;
 mod text;
 
-use super::files::{MAX_SCENE_BYTES, Resolver, file_name, read_written};
+use super::files::{MAX_SCENE_BYTES, Resolver, file_name, file_stem, read_written};
 use super::mesh_file::{PolygonDivider, far_center, place};
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::Material;
@@ -118,8 +118,7 @@ fn add_parts(
     pictures: &mut Pictures<'_>,
 ) {
     let center = far_center(&geometry.positions);
-    let file = file_name(&model.name);
-    let default_name = file.rsplit_once('.').map_or(file, |(stem, _)| stem).to_owned();
+    let default_name = file_stem(&model.name).to_owned();
     let mut divider = PolygonDivider::default();
     let mut materials: HashMap<&str, usize> = HashMap::new();
     let mut nodes: HashMap<&str, usize> = HashMap::new();

@@ -1,6 +1,6 @@
 //! Meshes in `.ply` and `.stl` files.
 
-use catoptric_core::math::random::Stream;
+use super::mutated;
 use catoptric_core::scene::model::{Model, Primitive};
 use catoptric_scenes::import::{NoFiles, load_bytes};
 use glam::Vec3;
@@ -156,22 +156,7 @@ fn mutated_files_never_panic() {
     let samples: [(&str, &[u8]); 5] =
         [("a.ply", &binary), ("a.ply", text.as_bytes()), ("a.stl", stl), ("a.stl", &binary_stl), ("a.obj", obj)];
     for (iteration, (name, sample)) in (0..10_000u64).zip(samples.into_iter().cycle()) {
-        let mut random = Stream::new(iteration);
-        let mut below = |limit: usize| (random.next_unit() * limit as f32) as usize;
-        let mut bytes = sample.to_vec();
-        for _ in 0..1 + below(4) {
-            let place = below(bytes.len());
-            match below(4) {
-                0 => bytes[place] = below(256) as u8,
-                1 => bytes[place] = b"0123456789-/\\\n e.#"[below(18)],
-                2 => drop(bytes.drain(place..(place + 1 + below(6)).min(bytes.len()))),
-                _ => bytes.extend_from_within(place..),
-            }
-            if bytes.is_empty() {
-                bytes.push(b' ');
-            }
-        }
-        let Ok(model) = load_bytes(name, &bytes, &NoFiles) else { continue };
+        let Ok(model) = load_bytes(name, &mutated(sample, iteration), &NoFiles) else { continue };
         for part in model.meshes.iter().flat_map(|mesh| &mesh.primitives) {
             let count = part.positions.len();
             assert!(part.triangles.iter().flatten().all(|corner| (*corner as usize) < count), "{iteration}");

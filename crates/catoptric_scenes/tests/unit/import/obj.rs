@@ -1,7 +1,7 @@
 //! Wavefront `.obj` files and their materials.
 
+use super::mutated;
 use catoptric_core::error::SceneError;
-use catoptric_core::math::random::Stream;
 use catoptric_core::scene::model::{Model, Primitive};
 use catoptric_core::scene::{AlphaMode, Material, PoseOptions, Role};
 use catoptric_scenes::import::obj::from_slice;
@@ -245,18 +245,8 @@ fn mutated_materials_never_panic() {
                   map_Kd -s 2 2 1 -o 0 0 -bm 2 -clamp on a.png\nmap_d -imfchan l b.png\nbump -bm 1 c.png\n";
     let text = format!("mtllib a.mtl\nusemtl m\n{QUAD}");
     for iteration in 0..5000u64 {
-        let mut random = Stream::new(iteration);
-        let mut below = |limit: usize| (random.next_unit() * limit as f32) as usize;
-        let mut bytes = sound.to_vec();
-        for _ in 0..1 + below(4) {
-            let place = below(bytes.len());
-            match below(3) {
-                0 => bytes[place] = below(256) as u8,
-                1 => bytes[place] = b"0123456789-\n en"[below(15)],
-                _ => drop(bytes.drain(place..(place + 1 + below(6)).min(bytes.len()))),
-            }
-        }
-        let model = from_slice("a.obj", text.as_bytes(), &Same(bytes)).expect("broken materials refuse no file");
+        let model = from_slice("a.obj", text.as_bytes(), &Same(mutated(sound, iteration)))
+            .expect("broken materials refuse no file");
         for material in &model.materials {
             assert!(material.base_color.is_finite() && (1.0..=10.0).contains(&material.ior), "{iteration}");
             let facets = material.microfacets.iter();
