@@ -2,6 +2,7 @@
 
 use crate::method::Report;
 use crate::optics::path::bundle::{Bounce, BounceKind};
+use crate::raster::BlockMask;
 use catoptric_core::scene::Scene;
 use glam::{Vec2, Vec3};
 
@@ -189,6 +190,26 @@ pub trait VertexProjector: Sync {
     /// A point on a reflector does not appear in that reflector at itself. Where a reflector ends, appearances may
     /// continue a little beyond its border, so that drawing can be cut there exactly.
     fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections);
+
+    /// As [`Self::project_on`], but for appearances whose last segments are shorter than `least_segment`: those of a
+    /// reflector's own points where they touch it. Some of these may be among the appearances, too.
+    fn project_beyond(&self, path: u32, least_segment: f32, points: &[Vec3], found: &mut Projections) {
+        let _ = least_segment;
+        self.project_on(path, points, found);
+    }
+
+    /// False if no point of a ball appears on a path, as far as it is looked for.
+    fn may_show(&self, path: u32, center: Vec3, radius: f32) -> bool {
+        let _ = (path, center, radius);
+        true
+    }
+
+    /// Blocks of the picture where appearances on a path are not looked for, if there are any: something else draws
+    /// them.
+    fn holes(&self, path: u32) -> Option<&BlockMask> {
+        let _ = path;
+        None
+    }
 
     /// Appends `point` with at least the appearance that `one`, an appearance of a point near it, continues into, if
     /// there is one; others may be among them.

@@ -6,6 +6,7 @@
 
 mod attributes;
 mod bin;
+mod block_mask;
 mod fragment;
 pub mod id_map;
 mod kernel;
@@ -17,6 +18,7 @@ mod setup;
 pub mod source;
 mod tile;
 
+pub use block_mask::BlockMask;
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 pub use samples::{SAMPLE_COUNTS, sample_positions};
 pub use scene_list::{LookShader, SceneShader, ShadingRequest, scene_draw_list};
@@ -107,6 +109,9 @@ pub struct DrawList {
     pub layer: u32,
     /// The samples it is confined to: `None` in layer 0, and a list of the layer below in all others.
     pub stencil: Option<Stencil>,
+    /// Blocks of the picture where a list above layer 0 is not drawn: what it would show there a source finds
+    /// ([`source::LayerSource`]).
+    pub holes: BlockMask,
 }
 
 /// The rasteriser's counts and times.

@@ -33,6 +33,8 @@ pub(super) struct LayerPlan {
     stencils: Vec<(u32, u32)>,
     /// For every stencil, true if a list lies in its second branch; empty: no list does.
     divided: Vec<bool>,
+    /// The lists that leave out blocks of the picture.
+    holed_lists: Vec<u32>,
 }
 
 impl LayerPlan {
@@ -56,7 +58,22 @@ pub(super) struct Plan<'a> {
     pub(super) pieces: Vec<ListPart>,
 }
 
+impl LayerPlan {
+    /// True if a list leaves out any blocks.
+    pub(super) fn has_holes(&self) -> bool {
+        !self.holed_lists.is_empty()
+    }
+}
+
 impl<'a> Plan<'a> {
+    /// True if the list of a layer's label and branch leaves out a block of the picture.
+    pub(super) fn has_hole(&self, layer: &LayerPlan, (label, second): (u32, bool), [column, row]: [usize; 2]) -> bool {
+        layer.holed_lists.iter().any(|&list| {
+            let plan = &self.list_plans[list as usize];
+            (plan.label, plan.second) == (label, second) && self.lists[list as usize].holes.has(column, row)
+        })
+    }
+
     /// `piece_size` is the number of triangles that are worked on at once; results do not depend on it.
     pub(super) fn new(lists: &'a [DrawList], piece_size: u32) -> Result<Self, RenderError> {
         let limit = |problem: String| RenderError::Limit { method: "raster", problem };
@@ -108,6 +125,9 @@ impl<'a> Plan<'a> {
                     layer.divided[plan.label as usize - 1] = true;
                 }
             }
+        }
+        for (index, list) in lists.iter().enumerate().filter(|(_, list)| !list.holes.is_empty()) {
+            layers[list.layer as usize].holed_lists.push(index as u32);
         }
         let mut pieces = Vec::new();
         for (layer, plan) in layers.iter_mut().enumerate() {

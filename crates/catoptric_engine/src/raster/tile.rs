@@ -307,17 +307,31 @@ impl<S: FragmentShader + ?Sized, L: LayerSource> TileWork<'_, S, L> {
         keys.clear();
         keys.resize(ids.len(), Keys([f32::NEG_INFINITY; LANES]));
         let mut target = LayerSamples { keys, ids };
-        let stencil = |bins: &Bins| {
-            let wanted = plan.list_plans[bins.list as usize].label;
-            (index > 0).then_some(StencilMask { labels, wanted, in_blocks: &in_blocks })
+        let corner = place.pixel.map(|pixel| pixel as usize / BLOCK);
+        // The labels in blocks where a list is drawn.
+        let drawn = |bins: &Bins| {
+            let holes = &plan.lists[bins.list as usize].holes;
+            let mut drawn = in_blocks;
+            if !holes.is_empty() {
+                for (block, labels) in drawn.iter_mut().enumerate() {
+                    if holes.has(corner[0] + block % TILE_BLOCKS, corner[1] + block / TILE_BLOCKS) {
+                        *labels = 0;
+                    }
+                }
+            }
+            drawn
         };
+        let wanted = |bins: &Bins| plan.list_plans[bins.list as usize].label;
         for bins in bins() {
-            draw_triangles(&frame.pattern, &place, &bins.setup, bins.of_tile(tile), stencil(bins), &mut target);
+            let in_blocks = &drawn(bins);
+            let stencil = (index > 0).then_some(StencilMask { labels, wanted: wanted(bins), in_blocks });
+            draw_triangles(&frame.pattern, &place, &bins.setup, bins.of_tile(tile), stencil, &mut target);
         }
         for bins in bins().filter(|bins| plan.list_plans[bins.list as usize].alpha_tested) {
+            let in_blocks = &drawn(bins);
             let triangles = bins.of_tile(tile).iter().map(|&number| &bins.setup[number as usize]);
             for triangle in triangles.filter(|triangle| triangle.alpha_tested) {
-                let stencil = stencil(bins);
+                let stencil = (index > 0).then_some(StencilMask { labels, wanted: wanted(bins), in_blocks });
                 draw_tested(&frame.pattern, &place, triangle, stencil, &mut target, |position| {
                     shader.is_present(&surface_at(plan, triangle.id, position, 0.0), position)
                 });
@@ -396,6 +410,9 @@ fn draw_tested(
     for row in rows[0]..=rows[1] {
         for column in columns[0]..=columns[1] {
             let block = row / BLOCK * TILE_BLOCKS + column / BLOCK;
+            if stencil.is_some_and(|mask| mask.in_blocks[block] >> (mask.wanted & 63) & 1 == 0) {
+                continue;
+            }
             let pixel = (block * BLOCK + row % BLOCK) * BLOCK + column % BLOCK;
             for (sample, offset) in pattern.positions.iter().enumerate() {
                 let at = (Vec2::new(column as f32, row as f32) + *offset) * 16.0;

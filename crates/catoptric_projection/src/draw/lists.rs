@@ -170,6 +170,7 @@ fn joined(parts: Vec<PathGeometry>) -> DrawList {
     let any_pieces = parts.iter().any(|part| !part.corners.is_empty());
     let mut list = DrawList::default();
     for mut part in parts {
+        list.holes.add(&part.holes);
         let first_vertex = list.vertices.len() as u32;
         for triangle in &mut part.triangles {
             triangle.vertices = triangle.vertices.map(|vertex| match (vertex as usize) < part.vertices.len() {

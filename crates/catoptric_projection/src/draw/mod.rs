@@ -32,7 +32,7 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::method::Job;
 use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
-use catoptric_engine::raster::{self, DrawTriangle, RasterReport};
+use catoptric_engine::raster::{self, BlockMask, DrawTriangle, RasterReport};
 use far_maps::FarMaps;
 use glam::Vec2;
 use lists::EndsOfPaths;
@@ -61,6 +61,8 @@ pub struct PathGeometry {
     pub triangles: Vec<DrawTriangle>,
     /// For every piece the weights of the source's second and third vertex at its corners. Empty: all are whole.
     pub corners: Vec<[Vec2; 3]>,
+    /// Blocks of the picture where something else is to draw what the path shows.
+    pub holes: BlockMask,
 }
 
 /// Environment maps that take the place of projected geometry.

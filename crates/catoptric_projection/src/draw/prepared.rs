@@ -4,7 +4,7 @@
 use super::MapsInView;
 use super::lists::path_lists;
 use super::overlays::ShownPixels;
-use super::virtual_mesh::{MeshQuality, SteadySource};
+use super::virtual_mesh::{Ends, MeshQuality, SteadySource};
 use super::virtual_scene::{MeshesOfView, MirrorState, VirtualScene};
 use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
 use catoptric_core::clock::Stopwatch;
@@ -84,6 +84,11 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         true
     }
 
+    /// True if a view's data serves all of the picture, not only what is not left out ([`Ends::LeftOut`]).
+    fn leaves_no_holes(&self, _data: &Self::ViewData) -> bool {
+        true
+    }
+
     /// Adds to a view's data what also depends on the objects among the mirrors.
     ///
     /// # Errors
@@ -153,6 +158,8 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) work: u64,
     /// True if what is left out is drawn by something else; points one by one are asked of all paths.
     pub(crate) is_for_picture: bool,
+    /// What becomes of pieces on which appearances end.
+    pub(crate) ends: Ends,
 }
 
 /// Stages of work with their times.
@@ -230,6 +237,8 @@ struct ProjectionFrame<'a, M: MeshProjection> {
     work: FrameWork,
     /// Data of the view for points one by one, if there is more of it than for pictures; made when it is needed.
     complete: OnceLock<Option<M::ViewData>>,
+    /// Data of the view for pictures without holes, if it is not the same.
+    without_holes: OnceLock<M::ViewData>,
     report: Report,
 }
 
@@ -313,7 +322,9 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         };
         *known_work = Some((view.clone(), work));
         stages.lap("glance");
-        let context = Context { scene, virtual_scene, mirrors, view, order, work: work.paths, is_for_picture: true };
+        let (work_of_paths, ends) = (work.paths, method.work_limit().ends());
+        let context =
+            Context { scene, virtual_scene, mirrors, view, order, work: work_of_paths, is_for_picture: true, ends };
         let is_same = |last: &LastView<M>| (&last.view, last.order, last.work) == (view, order, work.paths);
         let keeps = match last.as_ref().filter(|last| is_same(last)) {
             Some(last) => method.fits(&context, &last.data)?,
@@ -334,7 +345,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         stages.lap("build");
         method.complete(&context, &mut last.data, &mut stages)?;
         method.describe(&last.data, &mut stages.report);
-        let (quality, complete, report) = (*quality, OnceLock::new(), stages.report);
+        let (quality, complete, without_holes, report) = (*quality, OnceLock::new(), OnceLock::new(), stages.report);
         Ok(Box::new(ProjectionFrame {
             method,
             scene,
@@ -345,6 +356,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
             last,
             work,
             complete,
+            without_holes,
             report,
         }))
     }
@@ -353,16 +365,32 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
 impl<M: MeshProjection> ProjectionFrame<'_, M> {
     fn context(&self, work: u64) -> Context<'_, M> {
         let Self { scene, virtual_scene, mirrors, last: LastView { view, order, .. }, .. } = self;
-        Context { scene, virtual_scene, mirrors, view, order: *order, work, is_for_picture: false }
+        let ends = Ends::Followed;
+        Context { scene, virtual_scene, mirrors, view, order: *order, work, is_for_picture: false, ends }
     }
 
-    fn projector_of_view(&self) -> M::Projector<'_> {
-        self.method.projector(&self.context(0), &self.last.data)
+    fn projector_of_view(&self, ends: Ends) -> M::Projector<'_> {
+        self.method.projector(&Context { ends, ..self.context(0) }, &self.last.data)
     }
 
-    fn meshes<'a, 'p>(&self, projector: &'a M::Projector<'p>) -> MeshesOfView<'a, M::Projector<'p>> {
-        let quality = self.method.mesh_quality(&self.last.view);
+    fn meshes<'a, 'p>(&self, projector: &'a M::Projector<'p>, ends: Ends) -> MeshesOfView<'a, M::Projector<'p>> {
+        let quality = MeshQuality { ends, ..self.method.mesh_quality(&self.last.view) };
         MeshesOfView { projector, quality, steady: M::steady(projector) }
+    }
+
+    /// The view's data for a picture without holes.
+    fn data_without_holes(&self, progress: &dyn Progress) -> Result<&M::ViewData, RenderError> {
+        if self.method.leaves_no_holes(&self.last.data) {
+            return Ok(&self.last.data);
+        }
+        if let Some(made) = self.without_holes.get() {
+            return Ok(made);
+        }
+        let context = Context { is_for_picture: true, ..self.context(self.work.paths) };
+        let mut stages = Stages::new(progress);
+        let mut data = self.method.view_data(&context, &mut stages)?;
+        self.method.complete(&context, &mut data, &mut stages)?;
+        Ok(self.without_holes.get_or_init(|| data))
     }
 
     /// The view's data with what was left out for the picture's sake; `None` if that fails.
@@ -383,8 +411,9 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
-        let projector = &self.projector_of_view();
-        let meshes = self.meshes(projector);
+        let ends = method.work_limit().ends();
+        let projector = &self.projector_of_view(ends);
+        let meshes = self.meshes(projector, ends);
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
         virtual_scene.draw(&job, &meshes, (work.meshes, tiles), method.maps(data), target)
@@ -396,8 +425,9 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         }
         let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
         let job = Job { scene, view, quality, progress };
-        let projector = &self.projector_of_view();
-        let meshes = self.meshes(projector);
+        let ends = method.work_limit().ends();
+        let projector = &self.projector_of_view(ends);
+        let meshes = self.meshes(projector, ends);
         let tiles = ExactTiles { scene, tables: tiles };
         let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
         let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| {
@@ -414,8 +444,9 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
             return Err(RenderError::Limit { method: M::INFO.id, problem });
         }
         let job = Job { scene, view, quality, progress };
-        let projector = &self.projector_of_view();
-        let meshes = self.meshes(projector);
+        let context = self.context(0);
+        let projector = &method.projector(&context, self.data_without_holes(progress)?);
+        let meshes = self.meshes(projector, Ends::Followed);
         let whole = method.work_limit().beyond == BeyondWork::Tiles;
         let found = virtual_scene.geometry(&job, &meshes, (work.meshes, whole), maps)?;
         Ok(Some(path_lists(&job, found)))
@@ -423,7 +454,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
         if self.method.is_complete(&self.last.data) {
-            return Some(Box::new(self.projector_of_view()));
+            return Some(Box::new(self.projector_of_view(Ends::Followed)));
         }
         let data = self.complete.get_or_init(|| self.complete_data()).as_ref()?;
         Some(Box::new(self.method.projector(&self.context(0), data)))

@@ -4,6 +4,7 @@ use super::lists::{EndsOfPaths, draw_lists};
 use super::multiperspective::{TileModel, TiledScene};
 use super::overlays::ShownPixels;
 use super::prepared::Stages;
+use super::virtual_mesh::Ends;
 use super::{MapsInView, PathGeometry};
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::Progress;
@@ -66,6 +67,14 @@ impl FrameWork {
 }
 
 impl WorkLimit {
+    /// What becomes of pieces on which appearances end: where tiles draw what meshes do not, these are left to them.
+    pub(super) fn ends(&self) -> Ends {
+        match self.beyond {
+            BeyondWork::Tiles => Ends::LeftOut,
+            BeyondWork::Coarse => Ends::Followed,
+        }
+    }
+
     /// The work of a picture of a scene: about in proportion to what the reference takes for it.
     ///
     /// # Errors

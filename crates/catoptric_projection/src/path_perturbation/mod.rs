@@ -12,14 +12,16 @@ pub use settings::{Candidates, ExpansionOrder, PathPerturbationSettings};
 use crate::draw::MapsInView;
 use crate::draw::far_maps::FarMaps;
 use crate::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
-use crate::draw::virtual_mesh::MeshQuality;
+use crate::draw::virtual_mesh::{Ends, MeshQuality};
 use crate::draw::work_limit::WorkLimit;
-use crate::find::ray_map::{RayMap, Sampling, Specular, ViewField, eye_of};
+use crate::find::ray_map::{PathRays, RayMap, Sampling, Specular, ViewField, eye_of};
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::{PreciseView, Scene, View};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::tracer::Tracer;
+use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::method::{About, Family, MethodInfo, Quality, Report, Settings};
+use catoptric_engine::raster::BlockMask;
 use far_objects::{FarBounds, FarObjects};
 use glam::Vec3;
 use project::{Perturber, rule};
@@ -183,10 +185,18 @@ impl MeshProjection for PathPerturbation {
         let map = &data.map;
         let Context { scene, virtual_scene, view, .. } = *context;
         let sizes = scene.objects.iter().map(|object| f64::from(object.bounds.diagonal()));
+        let paths: Vec<SpecularPath> = map.groups.iter().map(|group| group.path.clone()).collect();
+        let ends: Vec<Ends> = paths.iter().map(|path| virtual_scene.ends_on(scene, path, context.ends)).collect();
+        let holes = |(group, ends): (&PathRays, &Ends)| match ends {
+            Ends::LeftOut => map.rough_blocks(group, margin_px(&self.0), [view.width, view.height]),
+            Ends::Followed => BlockMask::default(),
+        };
         Perturber {
             map,
             surfaces: virtual_scene.surfaces(scene),
-            paths: map.groups.iter().map(|group| group.path.clone()).collect(),
+            holes: map.groups.iter().zip(&ends).map(holes).collect(),
+            paths,
+            ends,
             eye: eye_of(view),
             view: PreciseView::new(view),
             settings: &self.0,

@@ -1,6 +1,7 @@
 //! Scene points to their appearances: candidates from the ray map, Taylor expansion, polish.
 
 use super::settings::{Candidates, PathPerturbationSettings};
+use crate::draw::virtual_mesh::Ends;
 use crate::find::polish::{Effort, Polished, polished};
 use crate::find::ray_map::{
     Approximation, Candidate, CandidateFilter, CandidateRule, CandidateScratch, Motion, Neighbour, PathRays, RayMap,
@@ -10,8 +11,9 @@ use crate::find::work;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::PreciseView;
 use catoptric_engine::method::projector::{Projection, Projections, SpecularPath, VertexProjector};
-use catoptric_engine::optics::path::bundle::Eye;
+use catoptric_engine::optics::path::bundle::{Eye, FirstOrder};
 use catoptric_engine::optics::path::manifold::SpecularSurfaces;
+use catoptric_engine::raster::BlockMask;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::cell::RefCell;
 
@@ -39,6 +41,9 @@ const SOLVED_REACH: f64 = 3.0;
 /// it, knows: if the solver finds nothing there, there is nothing. Chosen, not measured.
 const SURE_REACH: f64 = 0.5;
 
+/// Expansions that err by less than this, in pixels, are taken for solved in pictures.
+const AS_GOOD_AS_SOLVED_PX: f64 = 0.1;
+
 /// Expansions whose next order is larger than this share of the distance to their sample's neighbours mean nothing.
 /// Chosen, not measured.
 const LARGEST_REST: f64 = 0.75;
@@ -53,6 +58,10 @@ const TOUCHING: f64 = 2e-4;
 /// Reflection points further from the sample of their cell than this many times its neighbours lie on another part of
 /// the surface, behind what is seen. Chosen, not measured.
 const SAME_PART_REACH: f64 = 2.5;
+
+/// Last segments that an expansion puts below this share of the least length that counts are not looked at. Chosen, not
+/// measured.
+const SURELY_NEARER: f64 = 0.5;
 
 /// Nearest rays that are grouped (section III-C.1 of the paper, which has as many).
 const NEAREST_COUNT: usize = 5;
@@ -78,6 +87,10 @@ pub(super) struct Perturber<'a> {
     pub(super) settings: &'a PathPerturbationSettings,
     /// Pixels that the ray map has around the picture.
     pub(super) margin_px: f64,
+    /// For every path what becomes of appearances where neighbouring rays disagree.
+    pub(super) ends: Vec<Ends>,
+    /// For every path the blocks of the picture where they are not looked for.
+    pub(super) holes: Vec<BlockMask>,
     /// The size of every object.
     pub(super) sizes: Vec<f64>,
 }
@@ -92,7 +105,21 @@ impl VertexProjector for Perturber<'_> {
     }
 
     fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
-        found.extend(points, |point, found| self.project_point(path, point, found));
+        self.project_beyond(path, 0.0, points, found);
+    }
+
+    fn project_beyond(&self, path: u32, least_segment: f32, points: &[Vec3], found: &mut Projections) {
+        let least = SURELY_NEARER * f64::from(least_segment);
+        found.extend(points, |point, found| self.project_point(path, point, least, found));
+    }
+
+    fn may_show(&self, path: u32, center: Vec3, radius: f32) -> bool {
+        let group = &self.map.groups[path as usize];
+        self.ends[path as usize] == Ends::Followed || group.may_be_even(center, radius)
+    }
+
+    fn holes(&self, path: u32) -> Option<&BlockMask> {
+        self.holes.get(path as usize).filter(|holes| !holes.is_empty())
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
@@ -101,7 +128,8 @@ impl VertexProjector for Perturber<'_> {
 }
 
 impl Perturber<'_> {
-    fn project_point(&self, path: u32, point: Vec3, found: &mut Vec<Projection>) {
+    /// Appends the appearances of a point, but for those that expansions put nearer than `least` to their last bounce.
+    fn project_point(&self, path: u32, point: Vec3, least: f64, found: &mut Vec<Projection>) {
         let Some(group) = self.map.groups.get(path as usize) else { return };
         if !point.is_finite() {
             return;
@@ -111,8 +139,12 @@ impl Perturber<'_> {
         let mut representatives: [u32; 8] = [0; 8];
         let mut representative_count = 0;
         let mut attempts: CandidateFilter = CandidateFilter::default();
+        let leaves_out = self.ends[path as usize] == Ends::LeftOut;
         let mut take = |candidate: Candidate| {
             let ray = candidate.ray;
+            if leaves_out && candidate.reaching.is_some_and(|one| !self.map.is_beside_even(group, one.place)) {
+                return;
+            }
             if self.settings.candidates == Candidates::Nearest {
                 let known = &representatives[..representative_count];
                 if known.iter().any(|&other| self.same_reflection(group, ray, other)) {
@@ -124,7 +156,7 @@ impl Perturber<'_> {
                 }
             }
             let Some(attempt) = attempts.begin(&candidate) else { return };
-            let outcome = self.perturb(path, group, ray, exact, &found[start..]);
+            let outcome = self.perturb(path, group, ray, (exact, least), &found[start..]);
             attempts.end(attempt, !matches!(outcome, PointOutcome::Unsolved));
             let PointOutcome::Seen(projection) = outcome else { return };
             let same = |other: &Projection| {
@@ -134,7 +166,10 @@ impl Perturber<'_> {
                 found.push(projection);
             }
         };
-        SCRATCH.with_borrow_mut(|scratch| group.candidates(point, scratch, &mut take));
+        SCRATCH.with_borrow_mut(|scratch| match leaves_out {
+            true => group.even_candidates(point, scratch, &mut take),
+            false => group.candidates(point, scratch, &mut take),
+        });
     }
 
     /// The paper's grouping (section III-C.1): near directions and near reflection points are one reflection.
@@ -147,7 +182,14 @@ impl Perturber<'_> {
     }
 
     /// The appearance that a sample ray leads to; unsolved where its expansion does not reach or the solver finds none.
-    fn perturb(&self, path: u32, group: &PathRays, ray: u32, point: DVec3, known: &[Projection]) -> PointOutcome {
+    fn perturb(
+        &self,
+        path: u32,
+        group: &PathRays,
+        ray: u32,
+        (point, least): (DVec3, f64),
+        known: &[Projection],
+    ) -> PointOutcome {
         work::add(WORK_A_SAMPLE);
         let sample = &group.samples[ray as usize];
         let Some(first) = sample.rays.first_order(point) else { return PointOutcome::Unsolved };
@@ -164,10 +206,16 @@ impl Perturber<'_> {
             }
         };
         let Some(neighbour) = neighbour else { return PointOutcome::Unsolved };
+        if least > 0.0 && sample.rays.origin_near(neighbour.parameters).distance(point) < least {
+            return PointOutcome::Settled;
+        }
         let spacing = f64::from(group.reach[ray as usize]);
         let found = if self.settings.polish > 0 {
             if self.is_known(sample, &neighbour, known) {
                 return PointOutcome::Settled;
+            }
+            if let Some(found) = self.expanded_nearby(path, group, ray, &first, point) {
+                return self.seen(path, group, sample, &found, point).map_or(PointOutcome::Settled, PointOutcome::Seen);
             }
             let parameters = neighbour.parameters.clamp_length_max(TRUSTED_REACH * spacing);
             self.polished(sample, parameters, point, SOLVED_REACH * spacing)
@@ -208,6 +256,40 @@ impl Perturber<'_> {
         })
     }
 
+    /// The appearance by the second-order expansion of a sample, if that is as good as solved: its neighbours agree with
+    /// it, and the point's ray is much nearer than they are.
+    fn expanded_nearby(
+        &self,
+        path: u32,
+        group: &PathRays,
+        ray: u32,
+        first: &FirstOrder,
+        point: DVec3,
+    ) -> Option<PointPath> {
+        if self.ends[path as usize] == Ends::Followed || self.settings.expansion.forced().is_some() {
+            return None;
+        }
+        if group.is_rough(ray) || group.picture_distance(ray, first.linear) > 1.0 {
+            return None;
+        }
+        let sample = &group.samples[ray as usize];
+        let neighbour = sample.neighbour_at(first, sample.rays.second_order(first), Approximation::Quadratic)?;
+        let parameters = sample.parameters_of(neighbour.reflection_point);
+        // Where neighbours are, expansions err by the accuracy at the most, and else by the third power of the distance.
+        let distance = group.picture_distance(ray, parameters);
+        let error_px = f64::from(self.settings.accuracy_px) * distance.powi(3);
+        if error_px > AS_GOOD_AS_SOLVED_PX {
+            return None;
+        }
+        Some(PointPath {
+            reflection_point: neighbour.reflection_point,
+            last: sample.rays.origin_near(neighbour.parameters),
+            motion: sample.motion(neighbour.distance, parameters)?,
+            optical_length: sample.optical_length_to(point),
+            left_out: DVec2::ZERO,
+        })
+    }
+
     /// A path as an appearance; returns `None` if it is not seen.
     fn seen(
         &self,
@@ -235,7 +317,7 @@ impl Perturber<'_> {
         let place = [one.image_px.x, one.image_px.y].map(|pixel| f64::from(pixel) + self.margin_px);
         let ray = self.map.sample_at(group, place)?;
         if self.settings.polish == 0 {
-            return match self.perturb(one.path, group, ray, point, &[]) {
+            return match self.perturb(one.path, group, ray, (point, 0.0), &[]) {
                 PointOutcome::Seen(projection) => Some(projection),
                 PointOutcome::Settled | PointOutcome::Unsolved => None,
             };

@@ -22,7 +22,7 @@ pub use settings::{Ambiguous, CameraKind, Mode, Preset, SampleBasedCameraSetting
 use crate::draw::MapsInView;
 use crate::draw::overlays::ShownPixels;
 use crate::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
-use crate::draw::virtual_mesh::MeshQuality;
+use crate::draw::virtual_mesh::{Ends, MeshQuality};
 use crate::draw::work_limit::{BeyondWork, WorkLimit};
 use crate::find::ray_map::{Specular, ViewField, eye_of};
 use cameras::{CameraBuilder, CameraDemand, Cameras, Counts};
@@ -38,7 +38,7 @@ use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::method::{About, Family, MethodInfo, Quality, Report, Settings};
 use morph::{Morphing, NodesWork};
 use project::CameraProjector;
-use rays::grid::{RayGrid, RaySampler};
+use rays::grid::{DensePathRays, RayGrid, RaySampler};
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -136,14 +136,14 @@ impl RayGrid {
         dropped.into_iter().map(|(group, _)| group.path).collect()
     }
 
-    /// The cameras of each group, as accurate as its path's are to be; rays that they need are added to these, with the
+    /// The cameras of each group, as accurate as its path's are to be, or none where they are left out; rays that they need are added to these, with the
     /// work that is left then.
     fn cameras(
         &mut self,
         sampler: &RaySampler<'_>,
         view: &PreciseView,
         bounds: Aabb,
-        (demand, accuracy_px): (CameraDemand, impl Fn(&SpecularPath) -> f32 + Sync),
+        (demand, of_path): (CameraDemand, impl Fn(&SpecularPath) -> (f32, bool) + Sync),
         work: u64,
         progress: &dyn Progress,
     ) -> Result<Vec<Cameras>, Cancelled> {
@@ -152,7 +152,8 @@ impl RayGrid {
         let demand = CameraDemand { traced_a_ray: (traced / count.max(1)).max(1), ..demand };
         let built = parallel::map_stage(progress, "fitting cameras", self.groups.len(), |group| {
             let group = &self.groups[group];
-            let demand = CameraDemand { accuracy_px: accuracy_px(&group.path).into(), ..demand };
+            let (accuracy_px, leaves_out) = of_path(&group.path);
+            let demand = CameraDemand { accuracy_px: accuracy_px.into(), leaves_out, ..demand };
             CameraBuilder { group, view, bounds, sampler, demand }.cameras()
         })?;
         let with_rays = built.into_iter().zip(&mut self.groups);
@@ -229,11 +230,13 @@ impl MeshProjection for SampleBasedCamera {
         let mut grid = RayGrid::new(&sampler, stages.progress)?;
         stages.lap("ray_map");
         let SampleBasedCameraSettings { camera, accuracy_px, max_shared, finest_ray_px, .. } = self.0;
-        let demand =
-            CameraDemand { camera, accuracy_px: accuracy_px.into(), max_shared, finest_ray_px, traced_a_ray: 0 };
-        let demand = (demand, |_: &SpecularPath| accuracy_px);
-        let bounds = scene.bounds;
         let leaves_out = context.is_for_picture && self.0.beyond_work == BeyondWork::Tiles;
+        let (accuracy, traced_a_ray) = (f64::from(accuracy_px), 0);
+        let demand =
+            CameraDemand { camera, accuracy_px: accuracy, max_shared, finest_ray_px, traced_a_ray, leaves_out };
+        let in_part = |path: &SpecularPath| virtual_scene.ends_on(scene, path, context.ends) == Ends::LeftOut;
+        let demand = (demand, |path: &SpecularPath| (accuracy_px, in_part(path)));
+        let bounds = scene.bounds;
         let mut left_out = if leaves_out { grid.drop_expensive(work) } else { Vec::new() };
         let mut cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, work, stages.progress)?;
         if leaves_out {
@@ -244,7 +247,11 @@ impl MeshProjection for SampleBasedCamera {
     }
 
     fn is_complete(&self, data: &ViewCameras) -> bool {
-        data.left_out.is_empty()
+        data.left_out.is_empty() && self.leaves_no_holes(data)
+    }
+
+    fn leaves_no_holes(&self, data: &ViewCameras) -> bool {
+        data.cameras.iter().all(|cameras| cameras.left_out().is_empty())
     }
 
     /// Captures the environment maps.
@@ -297,10 +304,19 @@ impl MeshProjection for SampleBasedCamera {
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a ViewCameras) -> CameraProjector<'a> {
         let Context { scene, virtual_scene, mirrors, view, .. } = *context;
         let sizes = scene.objects.iter().map(|object| f64::from(object.bounds.diagonal()));
+        let (picture, spacing_px) = ([view.width, view.height], data.grid.spacing_px);
+        let holes = |group: &DensePathRays, cameras: &Cameras| {
+            group.blocks_without(cameras.left_out(), picture, (spacing_px, margin_px(&self.0)))
+        };
+        let groups = data.grid.groups.iter();
         CameraProjector {
             grid: &data.grid,
             cameras: &data.cameras,
             left_out: &data.left_out,
+            holes: match context.ends {
+                Ends::LeftOut => groups.zip(&data.cameras).map(|(group, cameras)| holes(group, cameras)).collect(),
+                Ends::Followed => Vec::new(),
+            },
             paths: data.grid.groups.iter().map(|group| group.path.clone()).collect(),
             eye: eye_of(view),
             view: PreciseView::new(view),

@@ -9,6 +9,7 @@ use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::projector::{Projection, Projections, SpecularPath, VertexProjector};
 use catoptric_engine::optics::path::bundle::Eye;
 use catoptric_engine::optics::path::manifold::SpecularSurfaces;
+use catoptric_engine::raster::BlockMask;
 use glam::{DVec3, Vec2, Vec3};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -47,6 +48,8 @@ pub(super) struct CameraProjector<'a> {
     pub(super) paths: Vec<SpecularPath>,
     /// Paths that have no cameras, because there is too much to do for them.
     pub(super) left_out: &'a [SpecularPath],
+    /// For every path the blocks of the picture where appearances are not looked for.
+    pub(super) holes: Vec<BlockMask>,
     pub(super) eye: Eye,
     pub(super) view: PreciseView,
     /// The rays of the grid.
@@ -97,6 +100,10 @@ impl VertexProjector for CameraProjector<'_> {
 
     fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
         found.extend(points, |point, found| self.project_near(path, point, None, found));
+    }
+
+    fn holes(&self, path: u32) -> Option<&BlockMask> {
+        self.holes.get(path as usize).filter(|holes| !holes.is_empty())
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {

@@ -6,7 +6,7 @@
 
 use super::attributes::depth_at;
 use super::kernel::{BLOCK, Ids, TILE_BLOCKS};
-use super::plan::Plan;
+use super::plan::{LayerPlan, Plan};
 use super::tile::surface_at;
 use super::{DrawTriangle, LayerSurface};
 use glam::Vec2;
@@ -107,12 +107,29 @@ impl TileBelow<'_> {
         self.plan.triangle(id).1
     }
 
-    /// Returns true if a list shows what lies beyond a list's triangle, and a source need not.
+    /// Returns true if lists leave out blocks of the picture in the layer that is drawn.
+    pub fn has_holes(&self) -> bool {
+        self.plan.layers.get(self.layer()).is_some_and(LayerPlan::has_holes)
+    }
+
+    /// Returns true if a list shows what lies beyond a list's triangle in a block of the tile, and a source need not.
     #[inline]
-    pub fn has_list(&self, id: u32) -> bool {
+    pub fn has_list(&self, id: u32, block: usize) -> bool {
         let Some(layer) = self.plan.layers.get(self.layer()) else { return false };
         let (list, triangle) = self.plan.triangle(id);
-        layer.label(list, triangle.group) != 0
+        let label = layer.label(list, triangle.group);
+        if label == 0 || !layer.has_holes() {
+            return label != 0;
+        }
+        let second = self.second_branches >> (self.layer() - 1) & 1 != 0;
+        let place = [block % TILE_BLOCKS, block / TILE_BLOCKS];
+        let place = [0, 1].map(|axis: usize| self.pixel[axis] as usize / BLOCK + place[axis]);
+        !self.plan.has_hole(layer, (label, second), place)
+    }
+
+    /// The number of samples in a block of the tile; blocks follow each other row by row.
+    pub fn samples_a_block(&self) -> usize {
+        BLOCK * BLOCK * self.positions.len()
     }
 
     /// The surface of a list that a sample shows, by its id, at a position of the picture (in pixels), which lies no

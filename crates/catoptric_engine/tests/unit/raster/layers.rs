@@ -3,7 +3,7 @@
 use super::*;
 use catoptric_core::progress::Silent;
 use catoptric_engine::error::RenderError;
-use catoptric_engine::raster::{Branch, LayerSurface, SAMPLE_COUNTS, Stencil};
+use catoptric_engine::raster::{BlockMask, Branch, LayerSurface, SAMPLE_COUNTS, Stencil};
 
 /// A full picture at a depth, in a layer, with a group.
 fn full(depth: f32, layer: u32, group: u32, stencil: Option<Stencil>) -> DrawList {
@@ -215,5 +215,39 @@ fn both_branches_of_divided_surfaces_are_drawn_and_added() {
             assert!((digits - sum).abs() < 1e-6, "{samples} samples at {column}, {row}: {digits} against {sum}");
             assert_eq!((count, place, alpha), (expected.len() as f32, places as f32, 1.0), "{column}, {row}");
         }
+    }
+}
+
+#[test]
+fn lists_are_not_drawn_in_their_holes() {
+    let mut holes = BlockMask::new([40, 40]);
+    assert!(holes.is_empty() && holes.count() == 0);
+    // The blocks in rows 1 and 2, columns 2 and 3, and those in the right half of the last row.
+    holes.add_box(Vec2::new(16.0, 15.9), Vec2::new(31.9, 23.0));
+    holes.add_box(Vec2::new(25.0, 39.0), Vec2::splat(f32::INFINITY));
+    // Beside the picture, and nowhere.
+    holes.add_box(Vec2::splat(-9.0), Vec2::splat(-1.0));
+    holes.add_box(Vec2::splat(41.0), Vec2::splat(60.0));
+    holes.add_box(Vec2::splat(9.0), Vec2::splat(5.0));
+    let is_hole = |x: usize, y: usize| (2..4).contains(&x) && (1..3).contains(&y) || x >= 3 && y == 4;
+    assert_eq!(holes.count(), 6);
+    let mut rest = holes.clone();
+    rest.invert();
+    for (x, y) in (0..5).flat_map(|y| (0..5).map(move |x| (x, y))) {
+        assert_eq!((holes.has(x, y), rest.has(x, y)), (is_hole(x, y), !is_hole(x, y)), "{x}, {y}");
+    }
+    assert!(!rest.has(5, 0) && !rest.has(0, 5) && rest.count() == 19);
+    let below = full(2.0, 0, 1, None);
+    for tested in [false, true] {
+        let mut above = DrawList { holes: holes.clone(), ..full(3.0, 1, 0, stencil(0, 1)) };
+        above.triangles.iter_mut().for_each(|triangle| triangle.alpha_tested = tested);
+        // Of two lists with one stencil each has its own holes.
+        let other = DrawList { holes: rest.clone(), ..full(4.0, 1, 0, stencil(0, 1)) };
+        picture(&view(40, 40, true), 4, &[below.clone(), above, other], |fragment| {
+            let [x, y] = [fragment.position.x, fragment.position.y].map(|px| px as usize / 8);
+            let chain: Vec<u32> = fragment.chain.iter().map(|surface| surface.list).collect();
+            assert_eq!(chain, [0, if is_hole(x, y) { 2 } else { 1 }], "{x}, {y}");
+            Vec3::ONE
+        });
     }
 }

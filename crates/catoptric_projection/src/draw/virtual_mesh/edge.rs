@@ -1,8 +1,9 @@
 //! When an edge of virtual geometry is divided, and which appearances at its ends belong together.
 
-use super::{MeshQuality, PictureScale};
+use super::{Ends, MeshQuality, PictureScale};
 use catoptric_core::math::Aabb;
 use catoptric_engine::method::projector::Projection;
+use catoptric_engine::raster::{BLOCK, BlockMask};
 use glam::{Vec2, Vec3};
 
 /// Edges longer than this share of their distance from the reflector are divided whatever their ends show: something
@@ -23,12 +24,26 @@ const JUMP: f32 = 4.0;
 /// Edges shorter than this share of the scene are never divided. Chosen, not measured.
 const SHORTEST: f32 = 1e-4;
 
+/// The same where strongly bent pieces are left out: nearly all of what is stretched so much is.
+const SHORTEST_LEFT_OUT: f32 = 5e-4;
+
 /// Where an appearance ends on an edge, its piece may be this many times the smallest size: the way to the end is
 /// followed. Chosen, not measured.
 const END_PIECES: f32 = 32.0;
 
 /// It is followed in steps of this many times the smallest size. Chosen, not measured.
 const WAY_STEPS: f32 = 5.0;
+
+/// Where pieces on which appearances end are left out, they are divided until they are no longer than this, in pixels:
+/// about a block of the picture. Chosen, not measured.
+const LEFT_OUT_PX: f32 = 8.0;
+
+/// There, pieces are not divided below this size, in pixels, however bent they are: they are left out, too. Chosen, not
+/// measured.
+const SMALLEST_BENT_PX: f32 = 3.0;
+
+/// Pieces in holes that are shorter than this are not divided, in pixels: two blocks. Chosen, not measured.
+const IN_HOLE_PX: f32 = 16.0;
 
 /// Where it ends is found to this share of the smallest size. Chosen, not measured.
 const END_ERROR: f32 = 0.125;
@@ -53,6 +68,7 @@ pub(super) struct EdgeRule {
     edge_error_px: f32,
     piece_px: f32,
     picture: PictureScale,
+    ends: Ends,
     center: Vec3,
     radius: f32,
     /// The corners of its box.
@@ -67,11 +83,12 @@ impl EdgeRule {
             edge_error_px: quality.edge_error_px,
             piece_px: quality.piece_px,
             picture: quality.picture,
+            ends: quality.ends,
             center: last_reflector.center(),
             radius: last_reflector.diagonal() * 0.5,
             low: last_reflector.min,
             high: last_reflector.max,
-            shortest: scene_size * SHORTEST,
+            shortest: scene_size * if quality.ends == Ends::LeftOut { SHORTEST_LEFT_OUT } else { SHORTEST },
         }
     }
 
@@ -97,7 +114,16 @@ impl EdgeRule {
 
     /// How much an edge needs a division: 0 where it needs none, else its length in the picture: halving the
     /// longest edges first makes pieces that look compact.
-    pub(super) fn split_priority(&self, a: Vec3, at_a: &[Projection], b: Vec3, at_b: &[Projection]) -> f32 {
+    ///
+    /// What lies in `holes` of the picture is not drawn, and needs none.
+    pub(super) fn split_priority(
+        &self,
+        a: Vec3,
+        at_a: &[Projection],
+        b: Vec3,
+        at_b: &[Projection],
+        holes: &BlockMask,
+    ) -> f32 {
         let step = b - a;
         let length = step.length();
         if length.is_nan() || length <= self.shortest {
@@ -115,34 +141,74 @@ impl EdgeRule {
             && one.focal_index == other.focal_index
         {
             // The same from both ends.
-            return self.strain_between(one, other, step);
+            return self.strain_between(one, other, step, holes);
         }
-        let forward = at_a.iter().map(|one| self.strain_at(one, at_a, at_b, step));
-        let backward = at_b.iter().map(|one| self.strain_at(one, at_b, at_a, -step));
+        let forward = at_a.iter().map(|one| self.strain_at(one, at_a, at_b, step, holes));
+        let backward = at_b.iter().map(|one| self.strain_at(one, at_b, at_a, -step, holes));
         forward.chain(backward).fold(0.0, f32::max)
     }
 
     /// Priority of a division by an appearance at one end; `step` leads to the other end.
-    fn strain_at(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> f32 {
+    fn strain_at(
+        &self,
+        one: &Projection,
+        here: &[Projection],
+        there: &[Projection],
+        step: Vec3,
+        holes: &BlockMask,
+    ) -> f32 {
         let Some(other) = self.best(one, here, there, step) else {
             if self.stays_beside(one, step) {
                 return 0.0;
             }
             // It ends on the way, at the latest half-way to the appearance that it merges with.
-            let moves = one.predicted(step) - one.image_px;
-            let gap = self.merging(one, here, there, step).map(|other| other.image_px.distance(one.image_px));
-            return self.ending(moves.length().min(0.5 * gap.unwrap_or(f32::INFINITY)));
+            let way_px = self.way_px(one, here, there, step);
+            return if way_px < IN_HOLE_PX && self.is_in_hole(one.image_px, holes) { 0.0 } else { self.ending(way_px) };
         };
-        self.strain_between(one, other, step)
+        self.strain_between(one, other, step, holes)
     }
 
     /// Priority of a division of a piece so long, where an appearance ends.
     fn ending(&self, extent: f32) -> f32 {
-        if extent > self.piece_px * END_PIECES { extent } else { 0.0 }
+        let longest = if self.leaves_out() { LEFT_OUT_PX } else { self.piece_px * END_PIECES };
+        if extent > longest { extent } else { 0.0 }
+    }
+
+    /// True if pieces on which appearances end are left out.
+    pub(super) fn leaves_out(&self) -> bool {
+        self.ends == Ends::LeftOut
+    }
+
+    /// True if a place lies in a hole of the picture, or beside the picture.
+    pub(super) fn is_in_hole(&self, place_px: Vec2, holes: &BlockMask) -> bool {
+        let is_inside = place_px.cmpge(Vec2::ZERO).all() && place_px.cmplt(self.picture.size_px).all();
+        let [column, row] = [place_px.x, place_px.y].map(|px| (px / BLOCK as f32) as usize);
+        !is_inside || holes.has(column, row)
+    }
+
+    /// How far an appearance goes in the picture, in pixels, on the way to another point where it does not appear.
+    pub(super) fn way_px(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> f32 {
+        let moves = (one.predicted(step) - one.image_px).length();
+        // Beside a fold it goes as far as the one that it merges with.
+        match self.merging(one, here, there, step) {
+            Some(other) => moves.min(0.5 * other.image_px.distance(one.image_px)),
+            None => moves,
+        }
+    }
+
+    /// True if an edge between two appearances is drawn too straight.
+    pub(super) fn is_bent(&self, one: &Projection, other: &Projection, step: Vec3) -> bool {
+        let depths = self.depths(one, other);
+        let (ahead, back) = (bend(one, other, step, depths), bend(other, one, -step, depths.swapped()));
+        self.is_too_straight(ahead.deviation.max(back.deviation), uncertainty(one, other))
+    }
+
+    fn is_too_straight(&self, deviation: f32, uncertainty_px: f32) -> bool {
+        deviation * 0.25 > self.edge_error_px + uncertainty_px
     }
 
     /// Priority of a division between two appearances that belong together.
-    fn strain_between(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
+    fn strain_between(&self, one: &Projection, other: &Projection, step: Vec3, holes: &BlockMask) -> f32 {
         if self.picture.is_beside([one.image_px, other.image_px]) {
             return 0.0;
         }
@@ -153,8 +219,15 @@ impl EdgeRule {
             // Where one ends another begins, as far away as it likes: smaller pieces would not bring them together.
             return self.ending(extent);
         }
-        let error = ahead.deviation.max(back.deviation) * 0.25;
-        let counts = error > self.edge_error_px + uncertainty(one, other) && distance.max(extent) > self.piece_px;
+        if distance.max(extent) < IN_HOLE_PX
+            && self.is_in_hole(one.image_px, holes)
+            && self.is_in_hole(other.image_px, holes)
+        {
+            return 0.0;
+        }
+        let smallest = if self.leaves_out() { SMALLEST_BENT_PX } else { self.piece_px };
+        let counts = self.is_too_straight(ahead.deviation.max(back.deviation), uncertainty(one, other))
+            && distance.max(extent) > smallest;
         if counts { distance } else { 0.0 }
     }
 

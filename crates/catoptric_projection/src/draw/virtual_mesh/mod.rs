@@ -20,7 +20,7 @@ use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_core::scene::{PicturePoint, View};
 use catoptric_engine::method::projector::{Projection, Projections, VertexProjector};
-use catoptric_engine::raster::DrawTriangle;
+use catoptric_engine::raster::{BlockMask, DrawTriangle};
 use divider::{DividedTriangle, Divider, ForcedEdges, MissedBoundary, WORK_A_PIECE};
 use edge::EdgeRule;
 use glam::{Vec2, Vec3};
@@ -39,12 +39,24 @@ pub struct MeshQuality {
     pub piece_px: f32,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
+    /// What becomes of pieces on which appearances end, and of those that would have to be very small.
+    pub ends: Ends,
+}
+
+/// Pieces on which appearances end (in folds, at silhouettes, behind other parts of a mirror) and strongly bent ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ends {
+    /// Drawn: appearances are followed to their ends.
+    #[default]
+    Followed,
+    /// Left to something else, with the blocks of the picture where they may show ([`VirtualMesh::holes`]).
+    LeftOut,
 }
 
 impl MeshQuality {
     /// For a view's picture, by the finest edges' error and the smallest pieces, both in pixels.
     pub fn new(view: &View, edge_error_px: f32, piece_px: f32) -> Self {
-        Self { edge_error_px, piece_px, picture: PictureScale::new(view) }
+        Self { edge_error_px, piece_px, picture: PictureScale::new(view), ends: Ends::Followed }
     }
 }
 
@@ -88,6 +100,11 @@ impl PictureScale {
     #[inline]
     fn w(&self, one: &Projection) -> f32 {
         if self.focal_px.is_some() { self.depth(one.image_px, one.path_length) } else { 1.0 }
+    }
+
+    /// None of the picture's blocks.
+    fn no_blocks(&self) -> BlockMask {
+        BlockMask::new([self.size_px.x, self.size_px.y].map(|pixels| pixels as usize))
     }
 
     /// True if places all lie beyond one side of the picture.
@@ -147,6 +164,8 @@ pub struct VirtualMesh {
     pub triangles: Vec<DrawTriangle>,
     /// Weights of the source's second and third vertex at the corners.
     pub corners: Vec<[Vec2; 3]>,
+    /// Blocks of the picture where pieces may show that are left out.
+    pub holes: BlockMask,
     /// Points projected to make it.
     pub points_projected: u64,
     /// Pieces that were left undivided, or whose ends were not searched for, because there was too much to do.
@@ -280,7 +299,7 @@ impl VirtualObject {
     /// out.
     fn project<P: VertexProjector + ?Sized>(&self, projector: &P, points: &[Vec3], found: &mut Projections) -> u64 {
         let first = found.point_count();
-        projector.project_on(self.path, points, found);
+        projector.project_beyond(self.path, self.least_segment, points, found);
         self.retain_distant(first, found);
         let magnification = |one: &Projection| one.image_change[0].cross(one.image_change[1]).length();
         found.keep_largest_from(first, MAX_APPEARANCES, magnification) as u64
@@ -483,6 +502,7 @@ impl MeshPieces {
         }
         self.mesh.points_projected += part.points_projected;
         self.mesh.left_out += part.left_out;
+        self.mesh.holes.add(&part.holes);
         self.parts.push(part);
         self.dips.extend(dips);
         (most, all_finished)

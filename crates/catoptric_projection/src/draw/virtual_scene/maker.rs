@@ -65,9 +65,15 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         stage: &Stage<'_>,
     ) -> Result<VirtualMesh, Cancelled> {
         let object = self.virtual_object(key);
+        virtual_mesh((self.projector, self.steady), &object, &self.quality_of(key), allowance, stage)
+    }
+
+    /// The fineness of the mesh of an object on a path.
+    pub(super) fn quality_of(&self, key: PathObject) -> MeshQuality {
         let is_black = self.job.scene.role_of(key.1).is_specular() && self.length(key) >= self.job.quality.order;
         let quality = if is_black { self.quality.coarser(BLACK) } else { *self.quality };
-        virtual_mesh((self.projector, self.steady), &object, &quality, allowance, stage)
+        let path = &self.projector.paths()[key.0 as usize];
+        MeshQuality { ends: self.scene.ends_on(self.job.scene, path, quality.ends), ..quality }
     }
 
     /// The first mesh of an object on a path: one kept from an earlier frame if it would be the same, or a new one.
@@ -81,9 +87,10 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         made: &mut MadeMeshes,
         stage: &Stage<'_>,
     ) -> Result<FirstMesh, Cancelled> {
-        let welded = &self.scene.welded[key.1 as usize];
+        let (welded, quality) = (&self.scene.welded[key.1 as usize], self.quality_of(key));
         let kept = self.scene.locked_meshes().get(&key).and_then(|kept| {
-            (Arc::ptr_eq(&kept.welded, welded) && kept.first.holds_with(allowance.work())).then_some(kept.first)
+            let is_same = Arc::ptr_eq(&kept.welded, welded) && kept.quality == quality;
+            (is_same && kept.first.holds_with(allowance.work())).then_some(kept.first)
         });
         if let Some(first) = kept {
             stage.advance(self.steps(key))?;
@@ -92,7 +99,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         let mesh = self.make(key, allowance, stage)?;
         made.count(&mesh);
         let first = FirstMesh::of(&mesh);
-        self.scene.locked_meshes().insert(key, KeptMesh { welded: welded.clone(), mesh, first });
+        self.scene.locked_meshes().insert(key, KeptMesh { quality, welded: welded.clone(), mesh, first });
         Ok(first)
     }
 
@@ -119,10 +126,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         for (path, sequence) in self.projector.paths().iter().enumerate() {
             let Some(last) = sequence.bounces.last() else { continue };
             for (index, object) in scene.objects.iter().enumerate() {
-                let is_convex = || match &object.surface {
-                    Some(surface) => surface.is_convex(),
-                    None => self.scene.topologies.is_convex(index as u32),
-                };
+                let is_convex = || self.scene.is_convex(scene, index as u32);
                 let from_without = || !object.inside && !view.may_start_within(&object.bounds);
                 let own = last.object == index as u32 && last.kind == BounceKind::Reflect;
                 if own && is_convex() && from_without() {

@@ -12,7 +12,7 @@ pub(crate) use mirror_state::MirrorState;
 use super::lists::{EndsOfPaths, draw_lists};
 use super::overlays::{self, ShownPixels};
 use super::prepared::Stages;
-use super::virtual_mesh::{MeshQuality, SteadySource, VirtualMesh, WeldedObject};
+use super::virtual_mesh::{Ends, MeshQuality, SteadySource, VirtualMesh, WeldedObject};
 use super::work_limit::ExactTiles;
 use super::{MapsInView, PathGeometry, draw_paths_with};
 use catoptric_core::clock::Stopwatch;
@@ -24,6 +24,7 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::projector::{SpecularPath, VertexProjector};
 use catoptric_engine::method::{Job, Quality, Report, report};
+use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
 use catoptric_engine::raster;
 use maker::{FirstMesh, MeshMaker, PathObject};
@@ -43,6 +44,8 @@ type KeyedMeshes = HashMap<PathObject, KeptMesh>;
 
 /// A virtual mesh that later frames may use.
 struct KeptMesh {
+    /// How fine it was to be.
+    quality: MeshQuality,
     /// What it was made of.
     welded: Arc<WeldedObject>,
     mesh: VirtualMesh,
@@ -62,6 +65,8 @@ pub(crate) struct VirtualGeometry {
     pub(crate) paths: Vec<PathGeometry>,
     /// Beginnings of paths that are left to something else.
     pub(crate) paths_left: u64,
+    /// Blocks of the picture, summed over the paths, that are left to something else.
+    pub(crate) blocks_left: u64,
     pub(crate) report: Report,
 }
 
@@ -139,6 +144,21 @@ impl VirtualScene {
         SpecularSurfaces::with_topologies(scene, &self.topologies)
     }
 
+    /// True if a reflector or lens is convex.
+    pub(crate) fn is_convex(&self, scene: &Scene, object: u32) -> bool {
+        match &scene.objects[object as usize].surface {
+            Some(surface) => surface.is_convex(),
+            None => self.topologies.is_convex(object),
+        }
+    }
+
+    /// What becomes of pieces on which appearances end, on a path: in convex mirrors all points appear once at the most,
+    /// and end at silhouettes alone, so these are drawn whatever is wanted.
+    pub(crate) fn ends_on(&self, scene: &Scene, path: &SpecularPath, wanted: Ends) -> Ends {
+        let is_plain = |bounce: &Bounce| bounce.kind == BounceKind::Reflect && self.is_convex(scene, bounce.object);
+        if path.bounces.iter().all(is_plain) { Ends::Followed } else { wanted }
+    }
+
     /// Forgets all virtual meshes: the view has changed.
     pub(crate) fn forget_meshes(&self) {
         self.locked_meshes().clear();
@@ -159,7 +179,7 @@ impl VirtualScene {
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
-        let VirtualGeometry { paths, paths_left, mut report } =
+        let VirtualGeometry { paths, paths_left, blocks_left, mut report } =
             self.geometry(job, maker, (work, tiles.is_some()), maps)?;
         if paths_left > 0 {
             // The same for all frames, so that it is shown once.
@@ -168,7 +188,7 @@ impl VirtualScene {
             report.warnings.push(warning.into());
         }
         report.warnings.extend(report::bumpy_surfaces(job.scene));
-        match tiles.filter(|_| paths_left > 0) {
+        match tiles.filter(|_| paths_left + blocks_left > 0) {
             Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
             None => {
                 report.warnings.extend(report::rough_mirrors(job.scene));
@@ -196,8 +216,9 @@ impl VirtualScene {
     ) -> Result<Option<Overlay>, RenderError> {
         let Job { scene, view, quality, progress } = *job;
         let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
-        let VirtualGeometry { paths, paths_left, .. } = self.geometry(job, maker, (work, tiles.is_some()), maps)?;
-        let tiles = tiles.filter(|_| paths_left > 0);
+        let VirtualGeometry { paths, paths_left, blocks_left, .. } =
+            self.geometry(job, maker, (work, tiles.is_some()), maps)?;
+        let tiles = tiles.filter(|_| paths_left + blocks_left > 0);
         let ends = if tiles.is_some() { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
         let drawn = paths.iter().map(|geometry| geometry.path.clone()).collect();
         let lists = draw_lists(job, paths, maps.whole, ends);
@@ -250,9 +271,11 @@ impl VirtualScene {
         };
         let meshes = self.locked_meshes();
         let geometry = |(path, sequence): (usize, &SpecularPath)| {
-            let mut geometry = PathGeometry { path: sequence.clone(), ..PathGeometry::default() };
+            let holes = projector.holes(path as u32).cloned().unwrap_or_default();
+            let mut geometry = PathGeometry { path: sequence.clone(), holes, ..PathGeometry::default() };
             for object in 0..job.scene.objects.len() as u32 {
                 if let Some(kept) = meshes.get(&(path as u32, object)) {
+                    geometry.holes.add(&kept.mesh.holes);
                     kept.mesh.append_to(&mut geometry.vertices, &mut geometry.triangles, &mut geometry.corners);
                 }
             }
@@ -277,6 +300,10 @@ impl VirtualScene {
             report.counts.insert("steady_vertices", made.steady_points);
         }
         report.add_fallback("paths_drawn_by_tiles", paths_left);
-        Ok(VirtualGeometry { paths, paths_left, report })
+        let blocks_left = paths.iter().map(|path| path.holes.count()).sum();
+        if blocks_left > 0 {
+            report.counts.insert("blocks_drawn_by_tiles", blocks_left);
+        }
+        Ok(VirtualGeometry { paths, paths_left, blocks_left, report })
     }
 }

@@ -141,6 +141,11 @@ impl BeamTree {
         work::add(visited);
     }
 
+    /// True if a leaf's beam may hold a point of a ball: so none does if it is false.
+    pub fn may_hold_any(&self, center: [f32; 3], radius: f32) -> bool {
+        may_hold_any(self, center, radius)
+    }
+
     /// Appends every leaf whose beam holds a point, but for rounding.
     pub fn leaves_at(&self, point: [f32; 3], found: &mut Vec<u32>) {
         leaves_at(self, point, found);
@@ -150,6 +155,31 @@ impl BeamTree {
     pub fn byte_count(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.first_children.as_slice())
     }
+}
+
+#[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
+fn may_hold_any(tree: &BeamTree, center: [f32; 3], radius: f32) -> bool {
+    // The planes' normals have length 1.
+    let leeway = rounding_at(center.into()) + radius;
+    let mut waiting = [0u32; MAX_WAITING];
+    let mut count = usize::from(!tree.nodes.is_empty());
+    let mut visited = 0;
+    let mut may_hold = false;
+    while count > 0 && !may_hold {
+        count -= 1;
+        visited += 1;
+        let node = waiting[count] as usize;
+        let mut holding = tree.nodes[node].holding(center, leeway);
+        let first = tree.first_children[node];
+        may_hold = holding != 0 && first as usize >= tree.nodes.len();
+        while holding != 0 && !may_hold {
+            waiting[count] = first + holding.trailing_zeros();
+            holding &= holding - 1;
+            count += 1;
+        }
+    }
+    work::add(visited);
+    may_hold
 }
 
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]

@@ -60,7 +60,7 @@ pub struct RayBeams {
 
 impl RayBeams {
     /// Over samples whose expansions are trusted for places in the picture up to `reach_px` away from where they are
-    /// seen, `places`; `picture_change` is the change of places with the parameters of a sample's bundle. Points are
+    /// seen, `places` (those below 0 are left out); `picture_change` is the change of places with the parameters of a sample's bundle. Points are
     /// expected about `distance` away from the reflectors.
     pub fn new(
         samples: &[RaySample],
@@ -69,7 +69,7 @@ impl RayBeams {
         places: &[[f32; 2]],
         distance: f64,
     ) -> Self {
-        let mut order: Vec<u32> = (0..samples.len() as u32).collect();
+        let mut order: Vec<u32> = (0..samples.len() as u32).filter(|&index| reach_px[index as usize] >= 0.0).collect();
         let code = |index: u32| places.get(index as usize).map_or(0, |place| morton(*place));
         order.sort_by_key(|&index| (code(index), index));
         let mut leaves = Vec::with_capacity(order.len().div_ceil(LANES));
@@ -92,6 +92,11 @@ impl RayBeams {
     /// taken for points there.
     pub fn reaching(&self, point: Vec3, found: &mut Vec<Reaching>) {
         reaching(self, point.clamp_length_max(FARTHEST).to_array(), found);
+    }
+
+    /// True if a point of a ball may be in the reach of a sample.
+    pub fn may_reach(&self, center: Vec3, radius: f32) -> bool {
+        !(center.length() + radius < FARTHEST) || self.tree.may_hold_any(center.to_array(), radius)
     }
 
     /// Memory of the arrays.

@@ -281,6 +281,11 @@ impl SampleCells {
         paths
     }
 
+    /// The size of every cell, in pixels.
+    pub(super) fn sizes_px(&self) -> Vec<f32> {
+        self.cells.iter().map(|cell| cell.size as f32 * self.unit_px).collect()
+    }
+
     /// The neighbours of every cell.
     pub(super) fn neighbours(&self) -> Vec<Vec<u32>> {
         parallel::map_collect(self.cells.len(), |cell| self.neighbours_of(cell as u32))
@@ -297,20 +302,29 @@ fn disagree(field: &dyn RayField, a: &PathSamples, b: &PathSamples, sampling: &S
     if a.len() != b.len() || a.iter().zip(b).any(|((first, _), (second, _))| first != second) {
         return true;
     }
-    a.iter().zip(b).any(|((_, a), (_, b))| {
-        // A point on each ray where it may end: as far away as the scene reaches.
-        let size = f64::from(bounds.diagonal());
-        [0.15, 0.6].iter().any(|share| {
-            let point = b.rays.origin + b.rays.direction * (share * size);
-            let Some(truth) = field.place_of(b.first.value) else { return false };
-            let Some(guess) = a.neighbour(point, Approximation::Quadratic) else { return true };
-            match field.place_of(guess.reflection_point) {
-                Some(place) => {
-                    let error = (place[0] - truth[0]).hypotenuse(place[1] - truth[1]);
-                    error.is_nan() || error > f64::from(sampling.accuracy_px)
-                }
-                None => true,
+    a.iter().zip(b).any(|((_, a), (_, b))| predicts_badly(field, a, b, sampling.accuracy_px, bounds))
+}
+
+/// True if a sample puts points on a neighbour's ray further from the neighbour than so many pixels.
+pub(super) fn predicts_badly(
+    field: &dyn RayField,
+    a: &RaySample,
+    b: &RaySample,
+    accuracy_px: f32,
+    bounds: &Aabb,
+) -> bool {
+    // A point on each ray where it may end: as far away as the scene reaches.
+    let size = f64::from(bounds.diagonal());
+    [0.15, 0.6].iter().any(|share| {
+        let point = b.rays.origin + b.rays.direction * (share * size);
+        let Some(truth) = field.place_of(b.first.value) else { return false };
+        let Some(guess) = a.neighbour(point, Approximation::Quadratic) else { return true };
+        match field.place_of(guess.reflection_point) {
+            Some(place) => {
+                let error = (place[0] - truth[0]).hypotenuse(place[1] - truth[1]);
+                error.is_nan() || error > f64::from(accuracy_px)
             }
-        })
+            None => true,
+        }
     })
 }

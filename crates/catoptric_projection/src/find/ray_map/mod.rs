@@ -29,9 +29,11 @@ use catoptric_core::progress::{Cancelled, Progress};
 use catoptric_core::scene::Ray;
 use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::optics::path::bundle::{Eye, FirstOrder};
+use catoptric_engine::raster::BlockMask;
 use cells::{CellIndex, SampleCells};
 use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::FRAC_1_SQRT_2;
+use std::sync::OnceLock;
 
 /// Source of a ray map's rays: a two-dimensional field of rays, with coordinates in pixels.
 pub trait RayField: Sync {
@@ -90,7 +92,11 @@ pub struct PathRays {
     pub lines: Lines,
     /// How far (in scene units on the first surface) a sample's neighbours are from it.
     pub reach: Vec<f32>,
-    /// The same in pixels, where they are seen.
+    /// Where samples are seen in the field, in pixels.
+    places: Vec<[f32; 2]>,
+    /// The sizes of their cells, in pixels.
+    size_px: Vec<f32>,
+    /// As `reach`, in pixels, where they are seen.
     reach_px: Vec<f32>,
     /// How far from a sample, in pixels and to first order, its expansion may lead.
     trusted_px: Vec<f32>,
@@ -102,6 +108,15 @@ pub struct PathRays {
     pub finder: CandidateFinder,
     /// The sample of each cell; [`NO_SAMPLE`] where the cell has none on this path.
     sample_of_cell: Vec<u32>,
+    /// For every sample, true if its neighbours disagree with it however fine the grid is: at the border of the path,
+    /// beside folds.
+    is_rough: Vec<bool>,
+    /// For every sample, true if it is not rough, or a neighbour of it is not.
+    beside_even: Vec<bool>,
+    /// Those of these samples in whose reach points are, made when it is needed.
+    even_beams: OnceLock<RayBeams>,
+    /// Points are expected about so far away from the reflectors.
+    typical_distance: f64,
 }
 
 /// Samples are asked for points on their neighbours' rays at these shares of the scene's size. Chosen, not measured.
@@ -158,6 +173,9 @@ impl RayMap {
         let (rays_traced, left_coarse) = (cells.rays_traced(), cells.left_coarse());
         let paths = cells.paths();
         let neighbours_of_cells = cells.neighbours();
+        let sizes_px = cells.sizes_px();
+        let finest_px = sizes_px.iter().copied().fold(f32::INFINITY, f32::min);
+        let is_finest = |cell: u32| finest_px < sampling.spacing_px && sizes_px[cell as usize] == finest_px;
         let mut groups: Vec<Group> = paths.into_iter().map(Group::new).collect();
         let samples = cells.len();
         // Of each cell, the place of its sample in every path's list.
@@ -184,13 +202,22 @@ impl RayMap {
             let at_border =
                 |(cell, inside): (&u32, &Vec<u32>)| inside.len() < neighbours_of_cells[*cell as usize].len();
             let at_border: Vec<bool> = group.cells.iter().zip(&neighbours).map(at_border).collect();
-            group.finished(
-                field,
-                samples,
-                Neighbourhood { neighbours: &neighbours, at_border: &at_border },
-                bounds,
-                rule,
-            )
+            let is_rough = parallel::map_collect(group.samples.len(), |sample| {
+                let predicts_badly = |&other: &u32| {
+                    let (own, other) = (&group.samples[sample], &group.samples[other as usize]);
+                    cells::predicts_badly(field, own, other, sampling.accuracy_px, bounds)
+                };
+                is_finest(group.cells[sample]) && (at_border[sample] || neighbours[sample].iter().any(predicts_badly))
+            });
+            let neighbourhood = Neighbourhood { neighbours: &neighbours, at_border: &at_border };
+            let mut rays = group.finished(field, samples, neighbourhood, bounds, rule);
+            let is_even = |sample: &u32| !is_rough[*sample as usize];
+            rays.beside_even = (0..group.samples.len() as u32)
+                .map(|sample| is_even(&sample) || neighbours[sample as usize].iter().any(is_even))
+                .collect();
+            rays.is_rough = is_rough;
+            rays.size_px = group.cells.iter().map(|&cell| sizes_px[cell as usize]).collect();
+            rays
         })?;
         // Samples are large: they are moved here, not copied there.
         for (rays, group) in finished.iter_mut().zip(groups) {
@@ -204,6 +231,29 @@ impl RayMap {
     pub fn sample_at(&self, group: &PathRays, place: [f64; 2]) -> Option<u32> {
         let sample = group.sample_of_cell[self.index.cell_at(place)? as usize];
         (sample != NO_SAMPLE).then_some(sample)
+    }
+
+    /// The blocks of a picture where a path is not seen, or neighbouring rays disagree however fine the grid is. The
+    /// field has so many pixels more than the picture on every side.
+    pub fn rough_blocks(&self, group: &PathRays, margin_px: f32, picture: [u32; 2]) -> BlockMask {
+        let picture = picture.map(|pixels| pixels as usize);
+        let [mut seen, mut rough] = [BlockMask::new(picture), BlockMask::new(picture)];
+        for (sample, place) in group.places.iter().enumerate() {
+            let place = Vec2::from(*place) - margin_px;
+            let half = Vec2::splat(0.5 * group.size_px[sample] - 0.01);
+            let blocks = if group.is_rough[sample] { &mut rough } else { &mut seen };
+            blocks.add_box(place - half, place + half);
+        }
+        seen.invert();
+        seen.add(&rough);
+        seen
+    }
+
+    /// True if a place of the field is where neighbouring rays of a path agree, or beside such a place.
+    #[inline]
+    pub fn is_beside_even(&self, group: &PathRays, place: Vec2) -> bool {
+        let sample = self.sample_at(group, [place.x.into(), place.y.into()]);
+        sample.is_some_and(|sample| group.beside_even[sample as usize])
     }
 
     /// Memory of the samples and trees.
@@ -297,6 +347,7 @@ impl Group {
             }),
             CandidateRule::Nearest(_) => reach_px.iter().map(|reach| reach * NEAREST_REACH).collect(),
         };
+        let typical_distance = TYPICAL_SHARE * f64::from(bounds.diagonal());
         let finder = match rule {
             CandidateRule::Nearest(count) => CandidateFinder::Tree(RayTree::new(&lines, bounds, count)),
             CandidateRule::InReach(_) => CandidateFinder::Beams(RayBeams::new(
@@ -304,7 +355,7 @@ impl Group {
                 &picture_change,
                 &trusted_px,
                 &places,
-                TYPICAL_SHARE * f64::from(bounds.diagonal()),
+                typical_distance,
             )),
         };
         let mut sample_of_cell = vec![NO_SAMPLE; cells];
@@ -316,12 +367,18 @@ impl Group {
             samples: Vec::new(),
             lines,
             reach,
+            places,
+            size_px: Vec::new(),
             reach_px,
             trusted_px,
             picture_change,
             second_order,
             finder,
             sample_of_cell,
+            is_rough: Vec::new(),
+            beside_even: Vec::new(),
+            even_beams: OnceLock::new(),
+            typical_distance,
         }
     }
 }
@@ -392,26 +449,47 @@ impl PathRays {
         self.distance_px(ray, parameters) / f64::from(self.reach_px[ray as usize])
     }
 
+    /// True if a sample's neighbours disagree with it however fine the grid is.
+    #[inline]
+    pub fn is_rough(&self, ray: u32) -> bool {
+        self.is_rough[ray as usize]
+    }
+
+    /// The beams of samples with whose expansions their neighbours agree, or beside one of these.
+    fn even_beams(&self) -> &RayBeams {
+        self.even_beams.get_or_init(|| {
+            // Samples that reach nothing are left out.
+            let reach_px: Vec<f32> = self
+                .trusted_px
+                .iter()
+                .zip(&self.beside_even)
+                .map(|(px, even)| if *even { *px } else { -1.0 })
+                .collect();
+            RayBeams::new(&self.samples, &self.picture_change, &reach_px, &self.places, self.typical_distance)
+        })
+    }
+
+    /// True if a point of a ball may be in the reach of a sample with whose expansion its neighbours agree, or beside
+    /// one of these.
+    pub fn may_be_even(&self, center: Vec3, radius: f32) -> bool {
+        self.even_beams().may_reach(center, radius)
+    }
+
+    /// As [`Self::candidates`] by reach, of samples with whose expansions their neighbours agree, or beside one.
+    #[inline]
+    pub fn even_candidates(&self, point: Vec3, scratch: &mut CandidateScratch, found: impl FnMut(Candidate)) {
+        nearest_first(self.even_beams(), point, scratch, found);
+    }
+
     /// Calls `found` for every sample that is a candidate for the reflections of a point, by the rule that the map was
     /// built for; the nearest first.
     #[inline]
     pub fn candidates(&self, point: Vec3, scratch: &mut CandidateScratch, mut found: impl FnMut(Candidate)) {
-        let CandidateScratch { reaching, order, distances } = scratch;
         let tree = match &self.finder {
-            CandidateFinder::Beams(beams) => {
-                reaching.clear();
-                beams.reaching(point, reaching);
-                // Positive numbers sort like their bits, and whole numbers sort fastest.
-                let key = |(place, one): (usize, &Reaching)| u64::from(one.distance2.to_bits()) << 32 | place as u64;
-                order.clear();
-                order.extend(reaching.iter().enumerate().map(key));
-                order.sort_unstable();
-                let in_order = order.iter().map(|&key| reaching[key as u32 as usize]);
-                in_order.for_each(|one| found(Candidate { ray: one.sample, reaching: Some(one) }));
-                return;
-            }
+            CandidateFinder::Beams(beams) => return nearest_first(beams, point, scratch, found),
             CandidateFinder::Tree(tree) => tree,
         };
+        let distances = &mut scratch.distances;
         let candidates = tree.candidates(&self.lines, point);
         let all = 0..if candidates.is_none() { self.lines.len() as u32 } else { 0 };
         let rays = candidates.unwrap_or(&[]).iter().copied().chain(all);
@@ -422,4 +500,19 @@ impl PathRays {
         let nearest = distances.iter().take(tree.count());
         nearest.for_each(|(_, ray)| found(Candidate { ray: *ray, reaching: None }));
     }
+}
+
+/// Calls `found` for every sample in whose reach a point is, the nearest first.
+#[inline]
+fn nearest_first(beams: &RayBeams, point: Vec3, scratch: &mut CandidateScratch, mut found: impl FnMut(Candidate)) {
+    let CandidateScratch { reaching, order, .. } = scratch;
+    reaching.clear();
+    beams.reaching(point, reaching);
+    // Positive numbers sort like their bits, and whole numbers sort fastest.
+    let key = |(place, one): (usize, &Reaching)| u64::from(one.distance2.to_bits()) << 32 | place as u64;
+    order.clear();
+    order.extend(reaching.iter().enumerate().map(key));
+    order.sort_unstable();
+    let in_order = order.iter().map(|&key| reaching[key as u32 as usize]);
+    in_order.for_each(|one| found(Candidate { ray: one.sample, reaching: Some(one) }));
 }

@@ -28,6 +28,8 @@ pub(in super::super) struct BundleTree {
     interpolating_leaves: u64,
     rays_in_interpolating_leaves: u64,
     unrefined_blocks: u64,
+    /// Corners of the blocks, in cells, that have no leaves.
+    left_out: Vec<[[f32; 2]; 2]>,
 }
 
 /// A leaf with the numbers of its rays: those of the map first, then those that were added.
@@ -46,6 +48,8 @@ pub(in super::super) struct Leaves {
     pub(in super::super) unrefined: u64,
     /// Blocks of the map that cannot be halved any more, without a leaf so far: their rays.
     waiting: Vec<WaitingBlock>,
+    /// Corners of the blocks, in cells, that are left without.
+    left_out: Vec<[[f32; 2]; 2]>,
 }
 
 /// The rays of a block and their piece.
@@ -69,6 +73,7 @@ impl Leaves {
         }));
         self.added.extend(other.added);
         self.waiting.extend(other.waiting);
+        self.left_out.extend(other.left_out);
         self.traced += other.traced;
         self.unrefined += other.unrefined;
         self
@@ -84,9 +89,9 @@ impl CameraBuilder<'_> {
             .into_iter()
             .reduce(|one, other| one.and(other, in_map))
             .unwrap_or_default();
-        let Leaves { built, added, traced, unrefined, .. } = self.with_finer(leaves);
+        let Leaves { built, added, traced, unrefined, left_out, .. } = self.with_finer(leaves);
         let leaf_of_ray = vec![NO_LEAF; in_map + added.len()];
-        let mut tree = BundleTree { leaf_of_ray, unrefined_blocks: unrefined, ..BundleTree::default() };
+        let mut tree = BundleTree { leaf_of_ray, unrefined_blocks: unrefined, left_out, ..BundleTree::default() };
         let reaches = parallel::map_collect(built.len(), |leaf| self.reaches(&built[leaf], &added));
         let mut ends = Vec::with_capacity(built.len());
         let mut end = 0;
@@ -114,6 +119,13 @@ impl CameraBuilder<'_> {
     /// All leaves: those so far, and those of blocks that wait for rays between theirs. All of these may trace as many.
     fn with_finer(&self, mut leaves: Leaves) -> Leaves {
         let waiting = std::mem::take(&mut leaves.waiting);
+        if self.demand.leaves_out {
+            for block in waiting {
+                let rays = block.rays.iter().map(|&ray| &self.group.rays[ray as usize]);
+                leaves.left_out.push(places_of(rays));
+            }
+            return leaves;
+        }
         let limit = self.demand.traced_a_ray.saturating_mul(self.group.rays.len() as u64) / waiting.len().max(1) as u64;
         let finer = |index: usize| self.finer(&waiting[index].rays, waiting[index].piece, limit);
         let finer = parallel::map_collect(waiting.len(), finer);
@@ -260,6 +272,11 @@ impl BundleTree {
         self.beams.leaves_at(point.to_array(), found);
     }
 
+    /// Corners of the blocks of the map, in cells, that have no leaves.
+    pub(in super::super) fn left_out(&self) -> &[[[f32; 2]; 2]] {
+        &self.left_out
+    }
+
     /// The leaf of a number.
     #[inline]
     pub(in super::super) fn leaf(&self, number: u32) -> Option<&BundleLeaf> {
@@ -290,6 +307,7 @@ impl BundleTree {
             interpolating_leaves,
             rays_in_interpolating_leaves,
             unrefined_blocks,
+            left_out: Vec::new(),
         })
     }
 

@@ -58,6 +58,8 @@ pub(super) struct CameraDemand {
     pub(super) finest_ray_px: f32,
     /// About so many of them for each ray of the map, and no more; set for each map.
     pub(super) traced_a_ray: u64,
+    /// None are traced: something else draws what is seen there.
+    pub(super) leaves_out: bool,
 }
 
 /// Rays that were added to a path's, with their pieces.
@@ -167,6 +169,14 @@ pub(super) enum Cameras {
 }
 
 impl Cameras {
+    /// Corners of the blocks of the map, in cells, that have no cameras.
+    pub(super) fn left_out(&self) -> &[[[f32; 2]; 2]] {
+        match self {
+            Self::Bundles(tree) => tree.left_out(),
+            Self::Pinholes(_) => &[],
+        }
+    }
+
     /// Calls `found` with all projections of a point by the cameras; not with what lies more than a distance from a
     /// place in the map, if there is a `limit` (in cells).
     pub(super) fn ask(

@@ -24,7 +24,7 @@ use super::settings::{Ambiguous, SampleBasedCameraSettings};
 use super::{INFO, SampleBasedCamera, ViewCameras, margin_px};
 use crate::draw::MapsInView;
 use crate::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
-use crate::draw::virtual_mesh::{MeshQuality, SteadySource};
+use crate::draw::virtual_mesh::{Ends, MeshQuality, SteadySource};
 use crate::draw::virtual_scene::MirrorState;
 use crate::draw::work_limit::WorkLimit;
 use crate::find::ray_map::{RayField, ViewField};
@@ -108,8 +108,10 @@ struct ReflectorInView {
 
 /// The same for cameras at the eye.
 fn at_eye<'a>(context: &Context<'a, Morphing>) -> Context<'a, SampleBasedCamera> {
-    let Context { scene, virtual_scene, mirrors, view, order, work, is_for_picture } = *context;
-    Context { scene, virtual_scene, mirrors: &mirrors.tracer, view, order, work, is_for_picture }
+    let Context { scene, virtual_scene, mirrors, view, order, work, is_for_picture, .. } = *context;
+    // What is blended goes on where cameras would leave something out.
+    let ends = Ends::Followed;
+    Context { scene, virtual_scene, mirrors: &mirrors.tracer, view, order, work, is_for_picture, ends }
 }
 
 impl Morphing {

@@ -274,8 +274,9 @@ impl PanoramicCameras {
         let specular = Specular { scene, tracer, surfaces, order: settings.order };
         let accuracy_px = settings.accuracy_px.into();
         let PanoramaSettings { camera, max_shared, finest_ray_px, .. } = *settings;
-        let demand = CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0 };
-        let demand = (demand, |path: &SpecularPath| settings.accuracy_of(path));
+        let demand =
+            CameraDemand { camera, accuracy_px, max_shared, finest_ray_px, traced_a_ray: 0, leaves_out: false };
+        let demand = (demand, |path: &SpecularPath| (settings.accuracy_of(path), false));
         let seen = |index: usize| -> Result<(RayGrid, Vec<Cameras>), Cancelled> {
             let view = face_view(numbers[index], eye, near, settings);
             let field = ViewField::new(&view, settings.margin_px());

@@ -181,6 +181,7 @@ impl<'a> FaceProjector<'a> {
         let pixel = 2.0 / settings.size_px as f32;
         let cameras = CameraProjector {
             left_out: &[],
+            holes: Vec::new(),
             grid: &face.grid,
             cameras: &face.cameras,
             paths: face.grid.groups.iter().map(|group| group.path.clone()).collect(),

@@ -5,6 +5,8 @@ use super::grid::{GridRay, NO_CELL, RowEntries};
 use super::pieces;
 use catoptric_core::parallel;
 use catoptric_engine::method::projector::SpecularPath;
+use catoptric_engine::raster::BlockMask;
+use glam::Vec2;
 use std::ops::Range;
 
 /// Beyond the outermost rays of a path, places belong to it no further than this, in cells. Chosen, not measured.
@@ -42,6 +44,32 @@ pub(in super::super) struct DensePathRays {
 }
 
 impl DensePathRays {
+    /// The blocks of a picture where the path is not seen, and those of blocks of the map (their corners, in cells) that
+    /// are left out: none if there are none of these. Cells are so large, and the map reaches so far beyond the picture,
+    /// in pixels.
+    pub(in super::super) fn blocks_without(
+        &self,
+        left_out: &[[[f32; 2]; 2]],
+        picture: [u32; 2],
+        (spacing_px, margin_px): (f32, f32),
+    ) -> BlockMask {
+        if left_out.is_empty() {
+            return BlockMask::default();
+        }
+        let mut blocks = BlockMask::new(picture.map(|pixels| pixels as usize));
+        let place_px = |place: [f32; 2], cells: f32| (Vec2::from(place) + 0.5 + cells) * spacing_px - margin_px;
+        // Rays lie within cells, not on their borders.
+        let half = 0.49;
+        for place in &self.places {
+            blocks.add_box(place_px(*place, -half), place_px(*place, half));
+        }
+        blocks.invert();
+        for [low, high] in left_out {
+            blocks.add_box(place_px(*low, -half), place_px(*high, half));
+        }
+        blocks
+    }
+
     /// The rays of a path that were found in some rows, by these numbers there. `reach` is how far rays are expected to
     /// go.
     pub(in super::super) fn new(

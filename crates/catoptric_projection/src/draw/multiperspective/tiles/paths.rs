@@ -55,11 +55,17 @@ impl TilePaths {
         labels.clear();
         let parents = below.checked_sub(1).map(|layer| std::mem::take(&mut self.labels[layer]));
         let mut going = GoingOn::default();
-        label_samples(tile.ids(below), parents.as_deref(), &mut labels, |id, parent| {
-            let label = self.path(scene, tile, surfaces, (id, parent), refracts, &mut going);
-            going.any |= label != 0;
-            label
-        });
+        let ids = tile.ids(below);
+        // What lists leave out they leave out block by block.
+        let samples = if tile.has_holes() { tile.samples_a_block() } else { ids.len().max(1) };
+        for (block, ids) in ids.chunks(samples).enumerate() {
+            let parents = parents.as_deref().map(|parents| &parents[block * samples..][..ids.len()]);
+            label_samples(ids, parents, &mut labels, |id, parent| {
+                let label = self.path(scene, tile, surfaces, (id, parent, block), refracts, &mut going);
+                going.any |= label != 0;
+                label
+            });
+        }
         if let Some(parents) = parents {
             self.labels[below - 1] = parents;
         }
@@ -73,7 +79,7 @@ impl TilePaths {
         scene: &Scene,
         tile: &TileBelow<'_>,
         surfaces: &[FoundSurface],
-        (id, parent): (u32, u16),
+        (id, parent, block): (u32, u16, usize),
         refracts: bool,
         going: &mut GoingOn,
     ) -> u16 {
@@ -81,7 +87,7 @@ impl TilePaths {
             Some(number) => (surfaces[number as usize].triangle, surfaces[number as usize].group),
             None => {
                 let drawn = tile.triangle(id);
-                (drawn.source, if tile.has_list(id) { 0 } else { drawn.group })
+                (drawn.source, if tile.has_list(id, block) { 0 } else { drawn.group })
             }
         };
         if group == 0 {

@@ -222,7 +222,7 @@ impl<P: VertexProjector + ?Sized> Divider<'_, P> {
     }
 
     /// The appearance at a point that continues one a step away.
-    fn continued(&mut self, one: &Projection, position: Vec3, step: Vec3) -> Option<Projection> {
+    pub(super) fn continued(&mut self, one: &Projection, position: Vec3, step: Vec3) -> Option<Projection> {
         self.scratch.clear();
         self.object.follow(self.projector, one, position, &mut self.scratch);
         self.mesh.points_projected += 1;

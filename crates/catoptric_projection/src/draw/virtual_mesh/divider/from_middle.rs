@@ -10,6 +10,7 @@ use crate::find::node_sightings::NodeSightings;
 use crate::find::tetrahedron_form::TetrahedronForm;
 use crate::find::work::{self, ShareOfWork};
 use catoptric_engine::method::projector::Projection;
+use catoptric_engine::raster::BlockMask;
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
 use std::collections::HashMap;
@@ -190,7 +191,7 @@ impl Division for SteadyDivider<'_> {
 
     fn split_priority(&mut self, a: &SteadyCorner, b: &SteadyCorner) -> f32 {
         work::add(u64::from(a.count * b.count / COMPARISONS_A_UNIT));
-        let priority = self.rule.split_priority(a.position, self.of(a), b.position, self.of(b));
+        let priority = self.rule.split_priority(a.position, self.of(a), b.position, self.of(b), &BlockMask::default());
         let is_steady = a.row != UNSTEADY && b.row != UNSTEADY;
         if is_steady || priority > COARSE_PX { priority } else { 0.0 }
     }

@@ -29,6 +29,26 @@ pub(super) const WORK_A_PIECE: u64 = 20;
 /// Pieces are halved this many times at the most. A bound on time; chosen, not measured.
 const MAX_DEPTH: u32 = 80;
 
+/// Some of what ends in a fold comes back on another sheet, at an angle: this share of the way on the other side is
+/// left out, too. Chosen, not measured.
+const BACK_SHARE: f32 = 0.5;
+
+/// Blocks this near to pieces that are left out are left out, too, in pixels: a pixel's samples lie around its middle,
+/// and appearances are known to less than one.
+const LEFT_OUT_LEEWAY_PX: f32 = 1.0;
+
+/// What is left out of a piece is looked for no further away than this, in pixels: the solver finds appearances there
+/// that are stretched without bounds. Chosen, not measured.
+const FARTHEST_LEFT_OUT_PX: f32 = 32.0;
+
+/// Something may appear so far from the middle of an edge at whose ends nothing does, in lengths of the edge: as far as
+/// triangles reach that are as wide as long.
+const LONE_RADIUS: f32 = 1.0;
+
+/// Beside a fold, pictures move twice as far as their start tells: as the root of what is left of the way. What shows on
+/// a piece is looked for this many times as far as it is expected to move. Chosen, not measured.
+const BESIDE_FOLDS: f32 = 1.75;
+
 /// Divides triangles of one object on one path.
 pub(super) struct Divider<'a, P: VertexProjector + ?Sized> {
     projector: &'a P,
@@ -83,6 +103,9 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         limit: u64,
         forced: &'a ForcedEdges,
     ) -> Self {
+        let known = if rule.leaves_out() { projector.holes(object.path) } else { None };
+        let holes = known.cloned().unwrap_or_else(|| rule.picture().no_blocks());
+        let mesh = VirtualMesh { holes, ..VirtualMesh::default() };
         Self {
             projector,
             object,
@@ -100,7 +123,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             piece: [TracePlace::default(); 3],
             far_side: None,
             work_before: 0,
-            mesh: VirtualMesh::default(),
+            mesh,
         }
     }
 
@@ -166,10 +189,13 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         if let [Some(_), Some(_), Some(_)] = shared {
             let (second, third) = ((from + 1) % 3, (from + 2) % 3);
             let agree = shared[second].and_then(|there| self.partner(there, &corners[second], &corners[third]));
-            if agree.is_none() || agree == shared[third] {
-                self.push(
-                    [0, 1, 2].map(|k: usize| (shared[k].map_or(one, |at| self.appearances[at]), corners[k].weights)),
-                );
+            let agrees = agree.is_none() || agree == shared[third];
+            let shown = [0, 1, 2].map(|k: usize| shared[k].map_or(one, |at| self.appearances[at]));
+            if self.rule.leaves_out() && (!agrees || self.is_bent(corners, &shown)) {
+                return self.leave_out(shown.map(|one| one.image_px));
+            }
+            if agrees {
+                self.push([0, 1, 2].map(|k: usize| (shown[k], corners[k].weights)));
             }
             return;
         }
@@ -186,6 +212,9 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         };
         if (0..3).all(goes_beside) {
             return;
+        }
+        if self.rule.leaves_out() {
+            return self.emit_beside_hole(corners, shared);
         }
         // From a corner (or from the two of an edge) two ways lead to where the appearance ends; what is drawn lies
         // between them.
@@ -207,6 +236,63 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
             self.far_side = alone.then(|| [far(1), far(2)]);
             self.fill(left, right, 0);
         }
+    }
+
+    /// True if a piece is drawn too straight between its corners' appearances.
+    fn is_bent(&self, corners: &[PieceCorner; 3], shown: &[Projection; 3]) -> bool {
+        (0..3).any(|k| {
+            let next = (k + 1) % 3;
+            self.rule.is_bent(&shown[k], &shown[next], corners[next].position - corners[k].position)
+        })
+    }
+
+    /// Draws a piece that only some corners share into the hole that the others lie in, or leaves it out.
+    fn emit_beside_hole(&mut self, corners: &[PieceCorner; 3], shared: [Option<usize>; 3]) {
+        let mut shown = shared.map(|index| index.map(|index| self.appearances[index]));
+        for k in 0..3 {
+            // From the corner before, or the one before that.
+            let from = [1, 2].map(|back| (k + back) % 3).into_iter().find(|&from| shared[from].is_some());
+            if let (None, Some(from)) = (shown[k], from)
+                && let Some(index) = shared[from]
+            {
+                shown[k] = self.continued_into_hole(&self.appearances[index].clone(), &corners[from], &corners[k]);
+            }
+        }
+        if let [Some(a), Some(b), Some(c)] = shown {
+            return self.push([(a, corners[0].weights), (b, corners[1].weights), (c, corners[2].weights)]);
+        }
+        for (k, index) in shared.iter().enumerate() {
+            let Some(index) = *index else { continue };
+            let (one, here) = (self.appearances[index], &corners[k]);
+            let mut places = [one.image_px; 5];
+            for next in [1, 2] {
+                let there = &corners[(k + next) % 3];
+                let step = there.position - here.position;
+                let way_px = self.rule.way_px(&self.appearances[index], self.of(here), self.of(there), step);
+                let way = (one.predicted(step) - one.image_px).normalize_or_zero();
+                let (ahead, back) = (BESIDE_FOLDS * way_px, BACK_SHARE * way_px);
+                places[2 * next - 1] += way * ahead.min(FARTHEST_LEFT_OUT_PX);
+                places[2 * next] -= way * back.min(FARTHEST_LEFT_OUT_PX);
+            }
+            self.leave_out(places);
+        }
+    }
+
+    /// The appearance at another corner into which `one` goes on, if that lies in a hole, where it is not drawn.
+    fn continued_into_hole(&mut self, one: &Projection, from: &PieceCorner, to: &PieceCorner) -> Option<Projection> {
+        let step = to.position - from.position;
+        if !self.rule.is_in_hole(one.predicted(step), &self.mesh.holes) {
+            return None;
+        }
+        let found = self.continued(one, to.position, step);
+        Some(found.unwrap_or_else(|| Projection { image_px: one.predicted(step), ..*one }))
+    }
+
+    /// Leaves the blocks of the picture to something else that places touch, or lie between.
+    fn leave_out<const COUNT: usize>(&mut self, places: [Vec2; COUNT]) {
+        let low = places.into_iter().fold(Vec2::INFINITY, Vec2::min) - LEFT_OUT_LEEWAY_PX;
+        let high = places.into_iter().fold(Vec2::NEG_INFINITY, Vec2::max) + LEFT_OUT_LEEWAY_PX;
+        self.mesh.holes.add_box(low, high);
     }
 
     /// The appearance of another corner that belongs to one of `own`.
@@ -243,7 +329,16 @@ impl<P: VertexProjector + ?Sized> Division for Divider<'_, P> {
 
     fn split_priority(&mut self, a: &PieceCorner, b: &PieceCorner) -> f32 {
         work::add(u64::from(a.count * b.count / COMPARISONS_A_UNIT));
-        let split_priority = self.rule.split_priority(a.position, self.of(a), b.position, self.of(b));
+        let (at_a, at_b) = (self.of(a), self.of(b));
+        if at_a.is_empty() && at_b.is_empty() {
+            let middle = (a.position + b.position) * 0.5;
+            let (path, radius) = (self.object.path, LONE_RADIUS * a.position.distance(b.position));
+            if !self.projector.may_show(path, middle, radius) {
+                return 0.0;
+            }
+        }
+        let holes = &self.mesh.holes;
+        let split_priority = self.rule.split_priority(a.position, at_a, b.position, at_b, holes);
         let is_forced = split_priority <= 0.0 && self.forced.contain(a.position, b.position);
         if is_forced { f32::MIN_POSITIVE } else { split_priority }
     }

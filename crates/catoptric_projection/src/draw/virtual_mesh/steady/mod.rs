@@ -13,7 +13,7 @@ pub use mesh::SteadyMeshes;
 pub(super) use search::{KnownPoints, SteadySearch};
 
 use super::edge::EdgeRule;
-use super::{MeshQuality, MissedBoundary, PictureScale, VirtualMesh, VirtualObject, WORK_A_PIECE, WeldedObject};
+use super::{Ends, MeshQuality, MissedBoundary, PictureScale, VirtualMesh, VirtualObject, WORK_A_PIECE, WeldedObject};
 use crate::find::node_sightings::{MOST_NODES, NodeSightings};
 use crate::find::tetrahedron_form::{FormWeights, TetrahedronForm};
 use crate::find::work::SharedWork;
@@ -137,7 +137,8 @@ impl<'a> SteadyPart<'a> {
         let Some((source, at)) = source.and_then(|source| Some((source, source.on_path(object.path)?))) else {
             return Ok(Self::None);
         };
-        let quality = MeshQuality { picture: at.scale_from_middle, ..*quality };
+        // Pieces on which appearances end are not steady.
+        let quality = MeshQuality { picture: at.scale_from_middle, ends: Ends::Followed, ..*quality };
         let rule = EdgeRule::new(&quality, &object.last_reflector, object.scene_size);
         let found = at.meshes.get((source, &at), object, rule, allowed, stage)?;
         let Some((mesh, work)) = found else { return Ok(Self::TooMuch) };
