@@ -6,6 +6,7 @@ mod highlights;
 mod hybrid;
 mod morphing;
 
+use crate::commands::{Figure, Line, Shot, settings_of};
 use crate::panels::{below, beside, beside_of_width, cut, save_small};
 use crate::root;
 use crate::stage::{self, Stage, count, flip, print, rgb};
@@ -20,7 +21,7 @@ use image::{Rgb, RgbImage};
 /// The method of this page.
 pub(crate) const CAMERAS: &str = "sample_based_camera";
 /// The paper's cameras at the paper's accuracy.
-const PINHOLE: &str = "preset = 'faithful'";
+pub(crate) const PINHOLE: &str = "preset = 'faithful'";
 /// Ours, as they are without any setting.
 const BUNDLE: &str = "";
 
@@ -67,17 +68,68 @@ pub(crate) fn draw(wanted: &str) -> Result<()> {
     Ok(())
 }
 
+/// A line of a figure: scene, size, samples, order, method, settings.
+type Row<'a> = (&'a str, [u32; 2], u32, u32, &'a str, &'a str);
+
+/// The line of what a [`Stage`] draws.
+fn of_stage((scene, size, samples, order, method, settings): Row<'_>) -> Line {
+    line((scene, size, samples, order, method, &stage::alone_if_cameras(method, settings)))
+}
+
+fn line((scene, size, samples, order, method, settings): Row<'_>) -> Line {
+    let settings = settings_of(settings);
+    let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+    Shot { scene: &format!("builtin:{scene}"), size, samples, order }.drawn(method, &settings)
+}
+
+/// The lines of the figures that the program can draw: others turn, weigh or colour what it shows.
+pub(crate) fn commands() -> Vec<Figure> {
+    let page = "figures-sample-based-camera.md";
+    let figure = |name: &str, lines: Vec<Line>| Figure { page, name: name.into(), lines };
+    let of_room = |(_, method, settings): &(&str, &str, &str)| of_stage(("sphere_room", FULL, 16, 1, method, settings));
+    let resolutions = RESOLUTIONS.iter().flat_map(|(_, settings)| {
+        SPACINGS.map(|spacing| {
+            of_stage(("sphere_room", FULL, 4, 1, CAMERAS, &format!("{settings}\ndownsampling = {spacing}")))
+        })
+    });
+    let scenes = construction::SCENES.map(|(_, scene, order)| of_stage((scene, PANEL, 16, order, CAMERAS, OF_SCENES)));
+    vec![
+        figure("cameras-03", THREE.iter().map(of_room).collect()),
+        figure("cameras-16", resolutions.collect()),
+        figure(
+            "cameras-17",
+            accuracy::COMPARED
+                .map(|(method, settings)| of_stage(("sphere_room?surface=analytic", FULL, 16, 1, method, settings)))
+                .into(),
+        ),
+        figure("cameras-18", scenes.into()),
+        figure("cameras-20", vec![of_stage(("lens", FULL, 16, 2, CAMERAS, BUNDLE))]),
+        figure("cameras-21", hybrid::commands(of_stage)),
+        figure("cameras-walk", morphing::commands(line)),
+    ]
+}
+
+/// The methods of figure 3.
+const THREE: [(&str, &str, &str); 3] = [
+    ("environment map", "environment_map", ""),
+    ("sample-based camera, pinholes", CAMERAS, PINHOLE),
+    ("sample-based camera, ray bundles", CAMERAS, BUNDLE),
+];
+
+/// The cameras of figure 16, and the spacings of their rays.
+const RESOLUTIONS: [(&str, &str); 2] = [("pinholes", PINHOLE), ("ray bundles, 1 px", "accuracy_px = 1.0")];
+const SPACINGS: [u32; 4] = [32, 16, 8, 4];
+
+/// The cameras of figure 18.
+const OF_SCENES: &str = "preset = 'fast'\ndownsampling = 2";
+
 /// Figure 3: environment map, sample-based camera, ray tracing.
 fn three_methods() -> Result<RgbImage> {
     let stage = Stage::new("sphere_room", FULL, 1)?.with_samples(16);
     let (truth, mask) = (stage.truth()?, stage.mask());
     print("| picture | FLIP on the ball | first frame ms | later frames ms |\n|---|---|---|---|")?;
     let mut panels = Vec::new();
-    for (label, method, settings) in [
-        ("environment map", "environment_map", ""),
-        ("sample-based camera, pinholes", CAMERAS, PINHOLE),
-        ("sample-based camera, ray bundles", CAMERAS, BUNDLE),
-    ] {
+    for (label, method, settings) in THREE {
         let drawn = stage.draw(method, settings, 4)?;
         let error = flip(&drawn.picture, &truth, &mask)?;
         print(&format!("| {label} | {error:.4} | {:.0} | {:.0} |", drawn.first_ms, drawn.later_ms))?;
@@ -156,9 +208,9 @@ fn resolutions() -> Result<RgbImage> {
     )?;
     print("|---|---|---|---|---|---|---|---|---|---|---|")?;
     let mut rows = Vec::new();
-    for (label, settings) in [("pinholes", PINHOLE), ("ray bundles, 1 px", "accuracy_px = 1.0")] {
+    for (label, settings) in RESOLUTIONS {
         let mut panels = Vec::new();
-        for spacing in [32, 16, 8, 4] {
+        for spacing in SPACINGS {
             let settings = format!("{settings}\ndownsampling = {spacing}");
             let drawn = stage.draw(CAMERAS, &settings, 1)?;
             let error = stage.projection_error(CAMERAS, &settings, 2)?;
@@ -195,7 +247,7 @@ fn four_scenes() -> Result<RgbImage> {
     for (label, specification, order) in construction::SCENES {
         let stage = Stage::new(specification, PANEL, order)?.with_samples(16);
         let reference = stage.draw("reference", "", 1)?;
-        let drawn = stage.draw(CAMERAS, "preset = 'fast'\ndownsampling = 2", 3)?;
+        let drawn = stage.draw(CAMERAS, OF_SCENES, 3)?;
         print(&format!(
             "| {label} | {:.4} | {:.0} | {:.0} | {:.0} |",
             flip(&drawn.picture, &reference.picture, &stage.mask())?,

@@ -1,6 +1,7 @@
 //! Figures and tables of layered environment maps, in `builtin:colonnade`: a glass pot and a mirror cup in a ring of
 //! columns.
 
+use crate::commands::{self, Line, settings_of};
 use crate::panels::{below, beside_of_width, save_small};
 use crate::root;
 use crate::stage::{self, median, print, rgb, timed};
@@ -31,6 +32,26 @@ const TREE: (&str, &str) = ("reference", "");
 /// The settings of the paper's sizes.
 const INFERRED: &str = "textures = \"inferred\"";
 
+/// The method of this page, and its settings in the figures.
+const LAYERED: &str = "layered_environment_map";
+const ONE: &str = "textures = \"inferred\"\ndepth = false\nlayers = 1";
+const SHELLS: &str = "textures = \"inferred\"\ndepth = false";
+const BARE: &str = "textures = \"inferred\"\ndepth = false\ncontinued = false\nneighbours = 0\ndirect = \"none\"";
+const SLOW: &str = "textures = \"inferred\"\ntau = 3";
+const FAST: &str = "textures = \"inferred\"\ntau = 5";
+
+/// A figure of pictures in a row: its name, how far the eye is turned about the pot (in degrees) and lifted, and the
+/// methods with their settings.
+type Pictures = (&'static str, f32, f32, &'static [(&'static str, &'static str)]);
+
+const ROWS: [Pictures; 5] = [
+    ("layered-2", 0.0, 0.0, &[("reference", ""), TRUTH]),
+    ("layered-8a", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, SHELLS), (LAYERED, ONE)]),
+    ("layered-8b", 4.0, 0.8, &[TRUTH, (LAYERED, INFERRED), (LAYERED, SHELLS), (LAYERED, ONE)]),
+    ("layered-9", 4.0, 0.0, &[TRUTH, (LAYERED, SHELLS), (LAYERED, BARE)]),
+    ("layered-10", 4.0, 0.0, &[TRUTH, (LAYERED, SLOW), (LAYERED, FAST)]),
+];
+
 /// The number of frames of a median.
 const FRAMES: usize = 5;
 
@@ -48,6 +69,33 @@ fn view(scene: &Scene, [width, height]: [u32; 2], turn_deg: f32, lift: f32) -> R
     Ok(scene.view(&Camera::look_at("", eye, center, Vec3::Y, 30.0), width, height))
 }
 
+/// The line of a picture from a place about the pot.
+fn line(scene: &Scene, size: [u32; 2], (turn_deg, lift): (f32, f32), (id, settings): (&str, &str)) -> Result<Line> {
+    let view = view(scene, size, turn_deg, lift)?;
+    let settings = settings_of(settings);
+    let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+    let Quality { samples, order } = QUALITY;
+    let mut line = commands::Shot { scene: "builtin:colonnade", size, samples, order }.drawn(id, &settings);
+    let words = |place: Vec3| place.to_array().map(|along| format!("{along:.4}")).join(",");
+    let ahead = view.eye() - Vec3::from(view.world_from_view.matrix3.z_axis);
+    line.add(&["--eye", &words(view.eye()), "--target", &words(ahead), "--fov", "30"]);
+    Ok(line)
+}
+
+/// The lines of the table's first column and of the figures with rows of pictures.
+pub(crate) fn commands() -> Result<Vec<commands::Figure>> {
+    let (page, scene) = ("figures-layered-environment-map.md", &posed()?);
+    let table = ways_of_table();
+    let ways = table.iter().map(|(_, id, settings)| line(scene, TABLE_SIZE, (0.0, 0.0), (id, settings)));
+    let ways = ways.collect::<Result<_>>()?;
+    let mut all = vec![commands::Figure { page, name: "layered-table".into(), lines: ways }];
+    for (name, turn, lift, ways) in ROWS {
+        let lines = ways.iter().map(|way| line(scene, TABLE_SIZE, (turn, lift), *way)).collect::<Result<_>>()?;
+        all.push(commands::Figure { page, name: name.into(), lines });
+    }
+    Ok(all)
+}
+
 fn draw_with(scene: &Scene, view: &View, way: (&str, &str)) -> Result<Drawn> {
     draw_at(scene, view, QUALITY, way)
 }
@@ -61,14 +109,16 @@ fn flip(scene: &Scene, view: &View, found: &Framebuffer, truth: &Framebuffer) ->
     stage::flip(found, truth, &specular_mask(scene, view))
 }
 
-/// The table of errors: on a viewpoint, between two, and above them.
-fn table() -> Result<()> {
-    let scene = posed()?;
-    let layered = "layered_environment_map";
+/// The size of pictures in rows, and of the table's.
+const TABLE_SIZE: [u32; 2] = [480, 360];
+
+/// What the table of errors compares: a name, a method, its settings.
+fn ways_of_table() -> [(&'static str, &'static str, String); 18] {
+    let layered = LAYERED;
     let set = |settings: &str| format!("{INFERRED}\n{settings}");
     let bare = "depth = false";
     let large = "size = 512\npicture_size = 512";
-    let ways: [(&str, &str, String); 17] = [
+    [
         ("environment map", "environment_map", String::new()),
         ("environment map, box", "environment_map", "parallax = \"box\"".into()),
         ("light field", "light_field", String::new()),
@@ -94,13 +144,20 @@ fn table() -> Result<()> {
             layered,
             set("depth = false\ncontinued = false\nneighbours = 0\ndirect = \"none\""),
         ),
-    ];
+        ("the paper's own settings", layered, "preset = \"faithful\"".into()),
+    ]
+}
+
+/// The table of errors: on a viewpoint, between two, and above them.
+fn table() -> Result<()> {
+    let (scene, layered) = (posed()?, LAYERED);
+    let ways = ways_of_table();
     let views = [("on a viewpoint", 0.0, 0.0), ("between", 4.0, 0.0), ("above", 4.0, 0.8)];
     let titles = views.map(|(name, ..)| format!(" {name} |")).concat();
     print(&format!("| FLIP, order {} |{titles}\n|---|---|---|---|", QUALITY.order))?;
     let mut frames = Vec::new();
     for (_, turn, lift) in views {
-        let view = view(&scene, [480, 360], turn, lift)?;
+        let view = view(&scene, TABLE_SIZE, turn, lift)?;
         let truths = [TRUTH, TREE].map(|way| draw_with(&scene, &view, way).map(|drawn| drawn.picture));
         let [two_path, tree] = truths;
         frames.push((view, two_path?, tree?));
@@ -239,7 +296,7 @@ fn popping() -> Result<()> {
 /// Pictures in a row.
 fn row(name: &str, turn: f32, lift: f32, ways: &[(&str, &str)]) -> Result<()> {
     let scene = posed()?;
-    let view = view(&scene, [480, 360], turn, lift)?;
+    let view = view(&scene, TABLE_SIZE, turn, lift)?;
     let image = |way: &(&str, &str)| rgb(&draw_with(&scene, &view, *way)?.picture);
     let panels = ways.iter().map(image).collect::<Result<Vec<_>>>()?;
     save_small(&beside_of_width(&panels, 400), &root().join(format!("docs/pictures/{name}.png")))
@@ -287,36 +344,25 @@ fn inference() -> Result<()> {
 
 /// Draws the figures and tables whose names begin so; `layered` is all of them.
 pub(crate) fn draw(name: &str) -> Result<()> {
-    const LAYERED: &str = "layered_environment_map";
-    const ONE: &str = "textures = \"inferred\"\ndepth = false\nlayers = 1";
-    const SHELLS: &str = "textures = \"inferred\"\ndepth = false";
-    const BARE: &str = "textures = \"inferred\"\ndepth = false\ncontinued = false\nneighbours = 0\ndirect = \"none\"";
-    let all: [(&str, &dyn Fn() -> Result<()>); 10] = [
+    let all: [(&str, &dyn Fn() -> Result<()>); 5] = [
         ("layered-table", &table),
         ("layered-performance", &performance),
         ("layered-popping", &popping),
-        ("layered-2", &|| row("layered-2", 0.0, 0.0, &[("reference", ""), TRUTH])),
         ("layered-5", &tessellation),
         ("layered-7", &inference),
-        ("layered-8a", &|| {
-            row("layered-8a", 4.0, 0.0, &[TRUTH, (LAYERED, INFERRED), (LAYERED, SHELLS), (LAYERED, ONE)])
-        }),
-        ("layered-8b", &|| {
-            row("layered-8b", 4.0, 0.8, &[TRUTH, (LAYERED, INFERRED), (LAYERED, SHELLS), (LAYERED, ONE)])
-        }),
-        ("layered-9", &|| row("layered-9", 4.0, 0.0, &[TRUTH, (LAYERED, SHELLS), (LAYERED, BARE)])),
-        ("layered-10", &|| {
-            let [slow, fast] = [3, 5].map(|tau| format!("{INFERRED}\ntau = {tau}"));
-            row("layered-10", 4.0, 0.0, &[TRUTH, (LAYERED, &slow), (LAYERED, &fast)])
-        }),
     ];
     let mut found = false;
     for (_, make) in all.iter().filter(|(known, _)| known.starts_with(name)) {
         make()?;
         found = true;
     }
+    for (known, turn, lift, ways) in ROWS.iter().filter(|(known, ..)| known.starts_with(name)) {
+        row(known, *turn, *lift, ways)?;
+        found = true;
+    }
     if !found {
-        bail!("there is no figure `{name}`; there are {}", all.map(|(name, _)| name).join(", "));
+        let names = all.iter().map(|(name, _)| *name).chain(ROWS.iter().map(|(name, ..)| *name));
+        bail!("there is no figure `{name}`; there are {}", names.collect::<Vec<_>>().join(", "));
     }
     Ok(())
 }

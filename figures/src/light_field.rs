@@ -2,6 +2,7 @@
 
 mod library;
 
+use crate::commands::{self, Line};
 use crate::panels::{below, beside, cut, save_small};
 use crate::program::{catoptric, compare};
 use crate::stage::print;
@@ -24,6 +25,22 @@ const PART: [f32; 4] = [0.3, 0.25, 0.4, 0.5];
 /// Eyes of figure 9, about the ball.
 const EYES: [&str; 3] = ["-1.2,1.3,2.6", "0.3,1.3,2.9", "1.7,1.3,2.4"];
 const TARGET: &str = "0,1,0";
+
+/// The view from one.
+fn view(eye: &str) -> [&str; 6] {
+    ["--eye", eye, "--target", TARGET, "--fov", "32"]
+}
+
+/// The method of this page.
+const LIGHT_FIELD: &str = "light_field";
+
+/// The disparities of figure 8, and the methods of figure 9.
+const DISPARITIES: [&str; 3] = ["disparity=none", "disparity=plane", "disparity=depth"];
+const WAYS: [&str; 3] = [LIGHT_FIELD, "environment_map", "reference"];
+
+/// How comparisons are made, and that of the table of models.
+const MEASURED: [&str; 8] = ["--order", "1", "--size", "480x360", "--samples", "4", "--projection-every", "64"];
+const OF_MODELS: &str = "light_field:st=16,uv=64";
 
 /// Methods of table 1.
 const METHODS: [&str; 9] = [
@@ -75,9 +92,40 @@ pub(crate) fn draw(name: &str) -> Result<()> {
     Ok(())
 }
 
-fn picture(scratch: &Path, method: &str, more: &[&str], baked: Option<&PathBuf>) -> Result<RgbImage> {
-    let mut command = catoptric(&["render", ROOM, "--order", "1", "--size", "480x360", "--samples", "4", "--quiet"]);
-    command.args(["--method", method]).args(more);
+/// The line of a picture; light fields have the paper's sizes.
+fn line(method: &str, more: &[&str]) -> Line {
+    let mut line = commands::Shot { scene: ROOM, size: [480, 360], samples: 4, order: 1 }.drawn(method, &[]);
+    if method == LIGHT_FIELD {
+        line.add(&FULL);
+    }
+    line.add(more);
+    line
+}
+
+/// The lines of the pictures and tables that the program makes.
+pub(crate) fn commands() -> Vec<commands::Figure> {
+    let page = "figures-light-field.md";
+    let figure = |name: &str, lines| commands::Figure { page, name: format!("light_field-{name}"), lines };
+    let disparities = DISPARITIES.iter().map(|disparity| line(LIGHT_FIELD, &["--set", disparity]));
+    let eyes = WAYS.iter().flat_map(|way| EYES.map(|eye| line(way, &view(eye))));
+    let comparison = |scene: &str, methods: &[&str]| {
+        let mut line = Line::of(&["compare", scene, "--method", "reference"]);
+        line.add(&MEASURED);
+        methods.iter().for_each(|method| line.add(&["--method", method]));
+        line
+    };
+    let model = |tessellation| comparison(&format!("{ROOM}?tess={tessellation}"), &[OF_MODELS]);
+    vec![
+        figure("8", disparities.chain([line("reference", &[])]).collect()),
+        figure("9", eyes.collect()),
+        figure("table", vec![comparison(ROOM, &METHODS)]),
+        figure("models", TESSELLATIONS.map(model).into()),
+    ]
+}
+
+fn picture(scratch: &Path, line: &Line, baked: Option<&PathBuf>) -> Result<RgbImage> {
+    let mut command = line.command();
+    command.arg("--quiet");
     if let Some(file) = baked {
         command.arg("--baked").arg(file);
     }
@@ -87,10 +135,10 @@ fn picture(scratch: &Path, method: &str, more: &[&str], baked: Option<&PathBuf>)
 /// Figure 8: no disparity, that of a plane, and that of every ray's depth.
 fn disparities(scratch: &Path, baked: &PathBuf) -> Result<()> {
     let mut panels = Vec::new();
-    for disparity in ["disparity=none", "disparity=plane", "disparity=depth"] {
-        panels.push(picture(scratch, "light_field", &["--set", disparity], Some(baked))?);
+    for disparity in DISPARITIES {
+        panels.push(picture(scratch, &line(LIGHT_FIELD, &["--set", disparity]), Some(baked))?);
     }
-    panels.push(picture(scratch, "reference", &[], None)?);
+    panels.push(picture(scratch, &line("reference", &[]), None)?);
     let parts: Vec<RgbImage> = panels.iter().map(|panel| cut(panel, PART)).collect();
     save_small(&below(&[beside(&panels), beside(&parts)]), &root().join("docs/pictures/light_field-8.png"))
 }
@@ -98,11 +146,10 @@ fn disparities(scratch: &Path, baked: &PathBuf) -> Result<()> {
 /// Figures 9 and 10: what the ball shows while the eye goes about it, by slabs, by an environment map and in truth.
 fn eyes(scratch: &Path, baked: &PathBuf) -> Result<()> {
     let mut rows = Vec::new();
-    for (method, file) in [("light_field", Some(baked)), ("environment_map", None), ("reference", None)] {
+    for method in WAYS {
         let mut panels = Vec::new();
         for eye in EYES {
-            let view = ["--eye", eye, "--target", TARGET, "--fov", "32"];
-            panels.push(picture(scratch, method, &view, file)?);
+            panels.push(picture(scratch, &line(method, &view(eye)), (method == LIGHT_FIELD).then_some(baked))?);
         }
         rows.push(beside(&panels));
     }
@@ -110,8 +157,7 @@ fn eyes(scratch: &Path, baked: &PathBuf) -> Result<()> {
 }
 
 fn measured(scratch: &Path, scene: &str, methods: &[&str]) -> Result<Vec<Value>> {
-    let words = ["--order", "1", "--size", "480x360", "--samples", "4", "--projection-every", "64"];
-    compare(scene, &words, methods, &scratch.join("report"))
+    compare(scene, &MEASURED, methods, &scratch.join("report"))
 }
 
 /// The sum of all numbers of an object.
@@ -147,7 +193,7 @@ fn models(scratch: &Path) -> Result<()> {
     print("| triangles of the ball | frame | FLIP on the ball |\n|---|---|---|")?;
     for tessellation in TESSELLATIONS {
         let scene = format!("{ROOM}?tess={tessellation}");
-        let rows = measured(scratch, &scene, &["light_field:st=16,uv=64"])?;
+        let rows = measured(scratch, &scene, &[OF_MODELS])?;
         let Some(row) = rows.get(1) else { continue };
         let triangles = row["counts"]["reflector_triangles"].as_u64().unwrap_or_default();
         let frame = row["frame_ms"]["median"].as_f64().unwrap_or_default();

@@ -1,6 +1,7 @@
 //! Pictures, plots and tables of the documents: `cargo figures [NAME]`.
 
 mod cameras;
+mod commands;
 mod layered;
 mod light_field;
 mod panels;
@@ -20,7 +21,7 @@ const HELP: &str = "\
 Usage: cargo figures [NAME]
 
 Without a name the pictures of README.md are drawn. A part of a figure's name draws what it begins; all pictures go
-into docs/pictures, tables are printed.
+into docs/pictures, tables are printed. The program that draws is built, unless CATOPTRIC_PROGRAM names one.
 
   figure           `figure-08` and the like: docs/figures-path-perturbation.md
   cameras          `cameras-14`, `cameras-walk` and the like: docs/figures-sample-based-camera.md
@@ -31,6 +32,7 @@ into docs/pictures, tables are printed.
   surfaces         `surfaces-rough` and the like: docs/figures-surfaces.md
   first_frames [FILE...], growth, motion
                    the tables of docs/performance.md
+  commands         the command lines of the figures, which are written into their pages
   settings         the tables of settings in the methods' READMEs, which are written into them";
 
 fn main() -> Result<()> {
@@ -42,6 +44,7 @@ fn main() -> Result<()> {
         Some("motion") => scaling::motion::draw(),
         Some("scaling") => scaling::draw(),
         Some("settings") => settings(),
+        Some("commands") => commands::write(),
         Some(name) if name.starts_with("cameras") => cameras::draw(name),
         Some(name) if name.starts_with("figure") => perturbation::draw(name),
         Some(name) if name.starts_with("layered") => layered::draw(name),

@@ -1,7 +1,8 @@
 //! Figures 8 to 13 of Chen and Arvo 2000, made again: path perturbation beside the reference.
 
+use crate::commands::{self, ALONE, Line};
 use crate::panels::{below, beside, cut};
-use crate::program::{ALONE, catoptric, json, picture};
+use crate::program::{json, picture};
 use crate::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
@@ -31,6 +32,12 @@ struct Figure {
     close_up: Option<[f32; 4]>,
 }
 
+/// The method of this page.
+const METHOD: &str = "path_perturbation";
+
+/// The paper's own settings.
+const FAITHFUL: &str = "preset=faithful";
+
 /// Frames of a run: the first makes what the others keep.
 const FRAMES: &str = "3";
 
@@ -50,7 +57,7 @@ fn figures() -> Vec<Figure> {
     let both = "builtin:vase?sphere=mirror";
     let sparse = "spacing_px=16 finest_px=16";
     let fine = "edge_error_px=1 piece_px=2";
-    let (large, small, square) = ([640, 480], [320, 240], [256, 256]);
+    let (large, small, square) = ([640, 480], [320, 240], [512, 512]);
     let moving = Shot { motion: "animation", ..shot("perturbation, icosahedron moving", vase, sparse, large) };
     let animation = [("0 s", 0.0), ("1.5 s", 1.5), ("5 s", 5.0), ("7.2 s", 7.2)]
         .map(|(label, time_s)| Shot { time_s, ..shot(label, vase, fine, [480, 320]) });
@@ -75,9 +82,9 @@ fn figures() -> Vec<Figure> {
         figure(
             "figure-11",
             vec![
-                shot("8x8", vase, "spacing_px=32 finest_px=32 edge_error_px=1 piece_px=2", square),
-                shot("16x16", vase, "spacing_px=16 finest_px=16 edge_error_px=1 piece_px=2", square),
-                shot("32x32", vase, "spacing_px=8 finest_px=8 edge_error_px=1 piece_px=2", square),
+                shot("8x8", vase, "preset=faithful spacing_px=64 finest_px=64", square),
+                shot("16x16", vase, "preset=faithful spacing_px=32 finest_px=32", square),
+                shot("32x32", vase, "preset=faithful", square),
                 truth(vase, square),
             ],
         ),
@@ -94,13 +101,23 @@ fn figures() -> Vec<Figure> {
             "figure-13",
             [0.3, 0.44, 0.2, 0.24],
             vec![
-                shot("nearest", vase, "polish=0 expansion=nearest spacing_px=16 finest_px=16", large),
-                shot("linear", vase, "polish=0 expansion=linear spacing_px=16 finest_px=16", large),
-                shot("quadratic", vase, "polish=0 expansion=quadratic spacing_px=16 finest_px=16", large),
+                shot("nearest", vase, "preset=faithful expansion=nearest", large),
+                shot("linear", vase, "preset=faithful expansion=linear", large),
+                shot("quadratic", vase, "preset=faithful", large),
                 truth(vase, large),
             ],
         ),
     ]
+}
+
+/// The lines of the figures.
+pub(crate) fn commands() -> Vec<commands::Figure> {
+    let figure = |figure: Figure| commands::Figure {
+        page: "figures-path-perturbation.md",
+        name: figure.name.into(),
+        lines: figure.shots.iter().map(Shot::line).collect(),
+    };
+    figures().into_iter().map(figure).collect()
 }
 
 /// Draws all figures (or those whose names contain `wanted`) and prints the table of their times as Markdown.
@@ -126,20 +143,30 @@ pub(crate) fn draw(wanted: &str) -> Result<()> {
 }
 
 impl Shot {
+    /// The line that draws the picture.
+    fn line(&self) -> Line {
+        let shot = commands::Shot { scene: self.scene, size: self.size, samples: 4, order: self.order };
+        let own = self.settings.iter().flat_map(|settings| settings.split_whitespace());
+        // The paper's own settings draw everything themselves.
+        let is_alone = self.settings.is_none_or(|settings| settings.starts_with(FAITHFUL));
+        let settings: Vec<&str> = own.chain(ALONE.into_iter().filter(|_| !is_alone)).collect();
+        let mut line = shot.drawn(if self.settings.is_some() { METHOD } else { "reference" }, &settings);
+        line.add(&["--frames", FRAMES]);
+        if self.motion != "none" {
+            line.add(&["--motion", self.motion]);
+        }
+        if self.time_s != 0.0 {
+            line.add(&["--time", &self.time_s.to_string()]);
+        }
+        line
+    }
+
     /// Draws the picture and prints a row of the table.
     fn draw(&self, figure: &str, scratch: &Path) -> Result<RgbImage> {
         let stats = scratch.join("stats.json");
         let [width, height] = self.size;
-        let mut command = catoptric(&["render", self.scene, "--samples", "4", "--quiet", "--frames", FRAMES]);
-        command.args(["--size", &format!("{width}x{height}")]);
-        command.args(["--order", &self.order.to_string(), "--time", &self.time_s.to_string()]);
-        command.args(["--motion", self.motion, "--method"]);
-        command.arg(if self.settings.is_some() { "path_perturbation" } else { "reference" });
-        if let Some(settings) = self.settings {
-            for setting in settings.split_whitespace().chain(ALONE) {
-                command.args(["--set", setting]);
-            }
-        }
+        let mut command = self.line().command();
+        command.arg("--quiet");
         let panel = picture(command.arg("--stats").arg(&stats), &scratch.join("picture.png"))?;
         let stats = json(&stats)?;
         let milliseconds = |value: &Value| value.as_f64().map_or("".into(), |time| format!("{time:.0}"));

@@ -7,11 +7,16 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// Settings with which projection methods draw all paths themselves, however long that takes.
-pub(crate) const ALONE: [&str; 2] = ["work=150", "beyond_work=coarse"];
+/// The variable that names a program which is there already.
+const PROGRAM: &str = "CATOPTRIC_PROGRAM";
 
-/// The program's command line.
+/// The program's command line: of the program that the environment names, or one that is built.
 pub(crate) fn catoptric(words: &[&str]) -> Command {
+    if let Some(program) = std::env::var_os(PROGRAM) {
+        let mut command = Command::new(program);
+        command.args(words);
+        return command;
+    }
     let mut command = Command::new(env!("CARGO"));
     command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--"]).args(words);
     command

@@ -1,6 +1,6 @@
 //! Scenes on which methods are set, drawn and measured.
 
-use crate::cameras::CAMERAS;
+use crate::cameras::{CAMERAS, PINHOLE};
 use anyhow::{Context, Result};
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
@@ -55,7 +55,7 @@ impl Stage {
     /// A method that is ready for the scene; settings are lines of TOML. Sample-based cameras draw all paths, however
     /// long that takes.
     pub(crate) fn session(&self, method: &str, settings: &str) -> Result<Session> {
-        let settings = &if method == CAMERAS { alone(settings) } else { settings.into() };
+        let settings = &alone_if_cameras(method, settings);
         eprintln!("{}: {method} {}", self.scene.name, settings.replace('\n', ", "));
         Ok(Session::new(method, settings, &self.scene, self.quality)?)
     }
@@ -87,6 +87,12 @@ impl Stage {
     pub(crate) fn mask(&self) -> Vec<bool> {
         specular_mask(&self.scene, &self.view)
     }
+}
+
+/// Settings of a method, lines of TOML: sample-based cameras draw all paths, however long that takes.
+pub(crate) fn alone_if_cameras(method: &str, settings: &str) -> String {
+    let draws_all = method != CAMERAS || settings.contains(PINHOLE);
+    if draws_all { settings.into() } else { alone(settings) }
 }
 
 /// Draws some frames of the same view.

@@ -1,7 +1,8 @@
 //! Virtual objects measured and shown: the table of round trips and the pictures of docs/figures-virtual-objects.md.
 
+use crate::commands::{self, ALONE, Line};
 use crate::panels::{below, beside, cut, save_small};
-use crate::program::{ALONE, catoptric, compare, picture};
+use crate::program::{compare, picture};
 use crate::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
@@ -71,14 +72,40 @@ pub(crate) fn draw(name: &str) -> Result<()> {
     Ok(())
 }
 
+/// The lines of the pictures, and one for each method of the table.
+pub(crate) fn commands() -> Vec<commands::Figure> {
+    let page = "figures-virtual-objects.md";
+    let mut line = Line::of(&["compare", "builtin:vase", "--method", "reference"]);
+    line.add(&["--order", "1"]);
+    line.add(&TABLE_WORDS);
+    METHODS.iter().for_each(|method| line.add(&["--method", &alone(method)]));
+    let table = commands::Figure { page, name: "virtual_objects-table".into(), lines: vec![line] };
+    let pictures = ARTEFACTS.iter().map(|artefact| commands::Figure {
+        page,
+        name: format!("virtual_objects-{}", artefact.0),
+        lines: artefact.4.iter().chain(&["reference"]).map(|method| line_of(artefact, method)).collect(),
+    });
+    std::iter::once(table).chain(pictures).collect()
+}
+
+/// The line of a picture by a method.
+fn line_of((_, scene, order, ..): &Artefact, method: &str) -> Line {
+    let method = if method == "reference" { method.into() } else { alone(method) };
+    let (id, settings) = method.split_once(':').unwrap_or((&method, ""));
+    let settings: Vec<&str> = settings.split(',').filter(|setting| !setting.is_empty()).collect();
+    commands::Shot { scene, size: [480, 360], samples: 4, order: *order }.drawn(id, &settings)
+}
+
+/// How the table's comparisons are made.
+const TABLE_WORDS: [&str; 8] = ["--size", "240x180", "--samples", "1", "--frames", "1", "--projection-every", "2"];
+
 /// Prints the table of round trips, as Markdown.
 fn table(scratch: &Path) -> Result<()> {
     let titles = METHODS.map(|method| format!(" `{method}` |")).concat();
     print(&format!("| scene | order |{titles}\n|---|---|{}", "---|".repeat(METHODS.len())))?;
     for (scene, order) in SCENES {
         let order = order.to_string();
-        let words =
-            ["--order", &order, "--size", "240x180", "--samples", "1", "--frames", "1", "--projection-every", "2"];
+        let words: Vec<&str> = ["--order", &order].into_iter().chain(TABLE_WORDS).collect();
         let methods = METHODS.map(alone);
         let methods: Vec<&str> = methods.iter().map(String::as_str).collect();
         let rows = compare(&format!("builtin:{scene}"), &words, &methods, &scratch.join(scene))?;
@@ -88,8 +115,11 @@ fn table(scratch: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A method, as `catoptric compare --method` takes it, that draws all paths itself.
+/// A method, as `catoptric compare --method` takes it, that draws all paths itself: the papers' own settings do.
 fn alone(method: &str) -> String {
+    if method.contains("preset=faithful") {
+        return method.into();
+    }
     let separator = if method.contains(':') { ',' } else { ':' };
     format!("{method}{separator}{}", ALONE.join(","))
 }
@@ -109,19 +139,12 @@ fn cell(row: &Value) -> String {
 }
 
 /// Draws the methods beside the reference, with a part enlarged below.
-fn panels((name, scene, order, part, methods): &Artefact, scratch: &Path) -> Result<()> {
+fn panels(artefact: &Artefact, scratch: &Path) -> Result<()> {
+    let (name, _, _, part, methods) = artefact;
     let mut panels: Vec<RgbImage> = Vec::new();
     for method in methods.iter().chain(&["reference"]) {
-        let (id, settings) = method.split_once(':').unwrap_or((method, ""));
-        let mut command =
-            catoptric(&["render", scene, "--size", "480x360", "--samples", "4", "--quiet", "--method", id]);
-        command.args(["--order", &order.to_string()]);
-        if id != "reference" {
-            for setting in settings.split(',').filter(|setting| !setting.is_empty()).chain(ALONE) {
-                command.args(["--set", setting]);
-            }
-        }
-        panels.push(picture(&mut command, &scratch.join("picture.png"))?);
+        let mut command = line_of(artefact, method).command();
+        panels.push(picture(command.arg("--quiet"), &scratch.join("picture.png"))?);
     }
     let parts: Vec<RgbImage> = panels.iter().map(|panel| cut(panel, *part)).collect();
     let path = root().join(format!("docs/pictures/virtual_objects-{name}.png"));

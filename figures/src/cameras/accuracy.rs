@@ -23,6 +23,9 @@ const WIDTH: u32 = SHOWN_PX * ZOOM;
 /// Rays that are drawn.
 const DRAWN: usize = 5;
 
+/// Whose pictures are compared with the reference's.
+pub(super) const COMPARED: [(&str, &str); 3] = [(CAMERAS, PINHOLE), (CAMERAS, BUNDLE), ("environment_map", "")];
+
 /// A view ray reflected by the ball, by the sphere's formula in double precision.
 struct Reflected {
     pixel: Vec2,
@@ -92,13 +95,8 @@ pub(crate) fn draw() -> Result<RgbImage> {
         rows.push(beside_of_width(&drawings, WIDTH));
     }
     let mut differences = Vec::new();
-    for (method, settings, times) in [
-        (CAMERAS, PINHOLE, 1),
-        (CAMERAS, BUNDLE, 1),
-        ("environment_map", "", 1),
-        (CAMERAS, PINHOLE, 8),
-        (CAMERAS, BUNDLE, 8),
-    ] {
+    let cameras = COMPARED.into_iter().filter(|(method, _)| *method == CAMERAS);
+    for ((method, settings), times) in COMPARED.map(|way| (way, 1)).into_iter().chain(cameras.map(|way| (way, 8))) {
         let drawn = rgb(&stage.draw(method, settings, 1)?.picture)?;
         let difference = RgbImage::from_fn(drawn.width(), drawn.height(), |x, y| {
             let (a, b) = (drawn.get_pixel(x, y).0, picture.get_pixel(x, y).0);

@@ -1,6 +1,7 @@
 //! Figure 21: some reflectors show environment maps, the others what sample-based cameras give.
 
-use super::{CAMERAS, FULL};
+use super::{CAMERAS, FULL, Row};
+use crate::commands::Line;
 use crate::panels::{below, beside_of_width};
 use crate::stage::{Frames, Stage, flip, print, rgb};
 use anyhow::Result;
@@ -11,6 +12,14 @@ const SCENES: [(&str, &str); 2] = [("teapot", "*spout,*handle"), ("car", "nose,t
 
 /// The width of a panel.
 const WIDTH: u32 = 480;
+
+/// The lines of the figure.
+pub(super) fn commands(line: impl Fn(Row<'_>) -> Line) -> Vec<Line> {
+    let of_scene = |(scene, mapped): (&str, &str)| {
+        [settings(mapped), String::new()].map(|settings| line((scene, FULL, 16, 1, CAMERAS, &settings)))
+    };
+    SCENES.into_iter().flat_map(of_scene).collect()
+}
 
 /// A row for each scene: hybrid, cameras for all reflectors, reference.
 pub(crate) fn draw() -> Result<RgbImage> {

@@ -1,6 +1,7 @@
 //! Figure 15: ambiguous vertices of reflection morphing, discarded and cured; and a walk through the grid of nodes.
 
-use super::{CAMERAS, FULL};
+use super::{CAMERAS, FULL, Row};
+use crate::commands::Line;
 use crate::panels::{below, beside_of_width};
 use crate::stage::{Stage, flip, print, rgb};
 use anyhow::{Context, Result};
@@ -30,8 +31,20 @@ const WIDTH: u32 = 360;
 /// Scenes of the walk, with the order.
 const WALKS: [(&str, u32); 3] = [("sphere_room", 1), ("two_spheres", 2), ("vase", 1)];
 
+/// The size of its pictures.
+const WALK_SIZE: [u32; 2] = [240, 160];
+
 /// Frames of the walk.
 const FRAMES: u32 = 120;
+
+/// The settings of the walks.
+const MODES: [(&str, &str); 2] = [("morph", "mode = 'morph'"), ("runtime", "mode = 'runtime'")];
+
+/// The lines of the walks' first frames.
+pub(super) fn commands(line: impl Fn(Row<'_>) -> Line) -> Vec<Line> {
+    let of_scene = |(scene, order)| MODES.map(|(_, settings)| line((scene, WALK_SIZE, 4, order, CAMERAS, settings)));
+    WALKS.into_iter().flat_map(of_scene).collect()
+}
 
 /// The largest reflector's box.
 fn largest_reflector(scene: &Scene) -> Result<Aabb> {
@@ -129,7 +142,7 @@ pub(crate) fn print_walk() -> Result<()> {
         [values.len() / 2, values.len() - 1].map(|rank| values.get(rank).copied().unwrap_or_default())
     };
     for (specification, order) in WALKS {
-        let stage = Stage::new(specification, [240, 160], order)?;
+        let stage = Stage::new(specification, WALK_SIZE, order)?;
         let bounds = largest_reflector(&stage.scene)?;
         let views = walk(&stage, bounds.center());
         let passed = tetrahedra(&bounds, &views)?;
@@ -138,9 +151,8 @@ pub(crate) fn print_walk() -> Result<()> {
         };
         let truths = frames(Session::new("reference", "", &stage.scene, stage.quality)?)?;
         let masks: Vec<Vec<bool>> = views.iter().map(|view| specular_mask(&stage.scene, view)).collect();
-        for mode in ["morph", "runtime"] {
-            let settings = format!("mode = '{mode}'");
-            let drawn = frames(Session::new(CAMERAS, &settings, &stage.scene, stage.quality)?)?;
+        for (mode, settings) in MODES {
+            let drawn = frames(Session::new(CAMERAS, settings, &stage.scene, stage.quality)?)?;
             let error = |frame: usize| flip(&drawn[frame], &truths[frame], &masks[frame]);
             let errors = (0..drawn.len()).map(error).collect::<Result<Vec<f64>>>()?;
             let pops = (1..drawn.len()).map(|frame| 100.0 * popping(&drawn, &truths, frame, &masks[frame]));

@@ -97,6 +97,9 @@ fn presets_lead_to_their_values_and_given_ones_stay() {
         ("sample_based_camera", "faithful", "camera", "pinhole"),
         ("explosion_map", "faithful", "virtual_vertex", "mirrored"),
         ("light_field", "faithful", "transfer", "first"),
+        ("path_perturbation", "faithful", "candidates", "nearest"),
+        ("reflector_search", "faithful", "search", "maximum"),
+        ("layered_environment_map", "faithful", "textures", "inferred"),
     ] {
         let info = methods::find(id).expect("it is registered");
         assert!((info.settings)().iter().any(|setting| setting.name == "preset"), "{id} hides its preset");

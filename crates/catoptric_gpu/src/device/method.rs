@@ -23,7 +23,7 @@ use catoptric::methods::lookup::light_field::{Background, Layout, LightFieldSett
 use catoptric::methods::path_query::PathSearch;
 use catoptric::methods::projection::explosion_map::{ExplosionMapSettings, Variant, VirtualVertex};
 use catoptric::methods::projection::planar_mirror::PlanarMirrorSettings;
-use catoptric::methods::projection::reflector_search::{Refine, ReflectorSearchSettings};
+use catoptric::methods::projection::reflector_search::{Refine, ReflectorSearchSettings, Search as SearchOfPictures};
 use catoptric::methods::projector::VertexProjector;
 use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric::progress::{Progress, Stage};
@@ -60,7 +60,8 @@ fn search_on_device(id: &str, settings: &toml::Table) -> Result<Option<Search>, 
             let settings = ReflectorSearchSettings::from_table(settings)?;
             let ReflectorSearchSettings { edge_error_px, piece_px, .. } = settings;
             let search = Search { map_size: None, edge_error_px, piece_px };
-            (settings.refine == Refine::Corrected).then_some(search)
+            let is_newton = settings.search == SearchOfPictures::Cells;
+            (is_newton && settings.refine == Refine::Corrected).then_some(search)
         }
         EXPLOSION_MAP => {
             let settings = ExplosionMapSettings::from_table(settings)?;

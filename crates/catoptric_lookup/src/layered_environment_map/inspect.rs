@@ -45,6 +45,7 @@ pub fn inferred_layers(
     [group, viewpoint]: [u32; 2],
     progress: &dyn Progress,
 ) -> Result<Vec<InferredLayer>, RenderError> {
+    let settings = &settings.sized();
     let known = known_by(settings, scene, quality)?;
     known.check_memory(settings, 2)?;
     let number = group as usize;

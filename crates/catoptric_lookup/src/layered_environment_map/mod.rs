@@ -12,10 +12,13 @@ mod lookup;
 pub(crate) mod mesh;
 mod settings;
 pub(crate) mod shells;
+mod texture_size;
 pub(crate) mod textures;
 
 pub use inspect::{InferredLayer, inferred_layers, subdivision};
-pub use settings::{Clustering, Direct, Edges, LayeredEnvironmentMapSettings, Shells, Textures, Transfer, Viewpoints};
+pub use settings::{
+    Clustering, Direct, Edges, LayeredEnvironmentMapSettings, Preset, Shells, Textures, Transfer, Viewpoints,
+};
 
 use crate::shared::regions::Regions;
 use bake::LayersWork;
@@ -98,8 +101,9 @@ pub struct LayeredMaps {
     /// The source of layers, where they are not made now.
     baked: Option<BakedLayers>,
     known: LayerGeometry,
-    /// Layers of every group, as seen from the centres of the shells; without textures where a bake has inferred ones.
-    projected: Vec<Vec<Layer>>,
+    /// Layers of every group, as seen from the centres of the shells, by the size of their textures; without textures
+    /// where a bake has inferred ones.
+    projected: BTreeMap<u32, Vec<Vec<Layer>>>,
     /// Layers of viewpoints, of every group.
     of_viewpoints: Vec<BTreeMap<u32, Vec<Layer>>>,
     report: Report,
@@ -147,19 +151,25 @@ impl LayeredMaps {
     ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
         let mut report = Report::default();
-        let settings = &captured_at_once(wanted, scene, baked.is_some(), &mut report);
+        let for_views = wanted.size == 0 && wanted.textures == Textures::Projected && baked.is_none();
+        let settings = if for_views { wanted.clone() } else { wanted.sized() };
+        let settings = &captured_at_once(&settings, scene, baked.is_some(), &mut report);
         let baked = baked.map(|units| BakedLayers::open(settings, &units)).transpose()?;
         let known = match &baked {
             Some(baked) => LayerGeometry::baked(settings, scene, quality.order, baked)?,
             None => LayerGeometry::new(settings, scene, quality.order),
         };
-        let viewpoints = if settings.textures == Textures::Inferred { MAX_KEPT + 1 } else { 1 };
-        known.check_memory(settings, viewpoints)?;
         report.stages_ms.push(("layers", watch.lap_ms()));
-        let projected = match &baked {
-            Some(baked) => baked.layers(settings)?,
-            None => known.projected(settings, scene, progress)?,
-        };
+        let mut projected = BTreeMap::new();
+        if !for_views {
+            let viewpoints = if settings.textures == Textures::Inferred { MAX_KEPT + 1 } else { 1 };
+            known.check_memory(settings, viewpoints)?;
+            let layers = match &baked {
+                Some(baked) => baked.layers(settings)?,
+                None => known.projected(settings, scene, progress)?,
+            };
+            projected.insert(settings.size, layers);
+        }
         report.stages_ms.push((if baked.is_some() { "bake_load" } else { "capture" }, watch.lap_ms()));
         report.counts.insert("lens_groups", known.groups.len() as u64);
         report.counts.insert("layers", 0);
@@ -170,11 +180,16 @@ impl LayeredMaps {
         if settings.share_far {
             report.counts.insert("shared_layers", u64::from(known.shared.is_some()));
         }
-        report.bytes.insert("layers", projected.iter().flatten().map(Layer::byte_count).sum());
+        report.bytes.insert("layers", byte_count(&projected));
         let of_viewpoints = vec![BTreeMap::new(); known.part_count()];
         let (wanted, settings, scene) = (wanted.clone(), settings.clone(), scene.clone());
         Ok(Self { wanted, settings, scene, quality, baked, known, projected, of_viewpoints, report })
     }
+}
+
+/// Memory of layers.
+fn byte_count(projected: &BTreeMap<u32, Vec<Vec<Layer>>>) -> u64 {
+    projected.values().flatten().flatten().map(Layer::byte_count).sum()
 }
 
 /// Settings for layers about a scene's groups that are all captured now: textures are smaller about many of them.
@@ -188,10 +203,15 @@ fn captured_at_once(
     report.add_fallback("joined_groups", regions.joined);
     let mut settings = settings.clone();
     if regions.share_of_side() < 1.0 && !is_baked {
-        settings.size = (settings.size / 2).max(MIN_SIZE.min(settings.size));
+        settings.size = halved(settings.size);
         report.add_fallback("groups_with_smaller_layers", regions.boxes.len() as u64);
     }
     settings
+}
+
+/// Half of a size, unless that is too small.
+fn halved(size: u32) -> u32 {
+    (size / 2).max(MIN_SIZE.min(size))
 }
 
 impl Prepared for LayeredMaps {
@@ -242,9 +262,9 @@ impl LayeredMaps {
 
     /// The layers that a group's rays look up, with their weights.
     fn maps_of(&self, group: usize, view: &View) -> Vec<(LayersAbout<'_>, f32)> {
-        let Self { settings, scene, known, projected, of_viewpoints, .. } = self;
+        let Self { settings, scene, known, of_viewpoints, .. } = self;
         match settings.textures {
-            Textures::Projected => vec![(known.layers_about(group, |part| &projected[part]), 1.0)],
+            Textures::Projected => vec![(known.layers_about(group, |part| self.projected_of(part)), 1.0)],
             Textures::Inferred => {
                 let of_viewpoint =
                     |part: usize, viewpoint: u32| of_viewpoints[part].get(&viewpoint).map_or(&[][..], Vec::as_slice);
@@ -255,17 +275,50 @@ impl LayeredMaps {
         }
     }
 
+    /// The layers of a part as seen from the centres of their shells, of the size that the last view reads.
+    fn projected_of(&self, part: usize) -> &[Layer] {
+        self.projected.get(&self.settings.size).and_then(|parts| parts.get(part)).map_or(&[][..], Vec::as_slice)
+    }
+
+    /// Captures the layers as large as a view reads them, if their size is by views: each size once.
+    fn fit(
+        &mut self,
+        view: &View,
+        (report, watch): (&mut Report, &mut Stopwatch),
+        progress: &dyn Progress,
+    ) -> Result<(), RenderError> {
+        if self.wanted.size != 0 || self.baked.is_some() {
+            return Ok(());
+        }
+        let Self { settings, scene, known, projected, .. } = self;
+        let size = texture_size::of_view(known, settings, scene, view);
+        // Textures are smaller about many groups.
+        settings.size =
+            if self.report.fallbacks.contains_key("groups_with_smaller_layers") { halved(size) } else { size };
+        if !projected.contains_key(&settings.size) {
+            known.check_memory(settings, 1)?;
+            let layers = known.projected(settings, scene, progress)?;
+            projected.insert(settings.size, layers);
+            report.stages_ms.push(("capture", watch.lap_ms()));
+        }
+        report.counts.insert("layer_texels", u64::from(settings.size));
+        report.bytes.insert("layers", byte_count(projected));
+        Ok(())
+    }
+
     /// Infers the layers of the viewpoints about a view, or takes them from the bake.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
     pub fn infer(&mut self, view: &View, progress: &dyn Progress) -> Result<Report, RenderError> {
         let mut report = Report::default();
+        let mut watch = Stopwatch::new();
         if self.settings.textures == Textures::Projected {
+            self.fit(view, (&mut report, &mut watch), progress)?;
             return Ok(report);
         }
-        let mut watch = Stopwatch::new();
         let Self { settings, scene, baked, known, projected, of_viewpoints, .. } = self;
+        let projected = projected.get(&settings.size).map_or(&[][..], Vec::as_slice);
         let (mut inferred, mut worst) = (0, 0.0f64);
         for (part, kept) in of_viewpoints.iter_mut().enumerate() {
             let shares = known.groups_of(part).flat_map(|group| known.shares(group, scene, view));
@@ -275,11 +328,18 @@ impl LayeredMaps {
                     continue;
                 }
                 let layers = match &*baked {
-                    Some(baked) => baked.of_viewpoint(&projected[part], part, viewpoint),
+                    Some(baked) => {
+                        baked.of_viewpoint(projected.get(part).map_or(&[][..], Vec::as_slice), part, viewpoint)
+                    }
                     None => {
                         let inference = Inference { scene, settings, known };
                         inferred += 1;
-                        let (layers, residuals) = inference.infer(part, &projected[part], viewpoint, progress)?;
+                        let (layers, residuals) = inference.infer(
+                            part,
+                            projected.get(part).map_or(&[][..], Vec::as_slice),
+                            viewpoint,
+                            progress,
+                        )?;
                         worst = residuals.iter().fold(worst, |worst: f64, residual| worst.max(residual.after));
                         layers
                     }

@@ -98,17 +98,31 @@ impl Direct {
     }
 }
 
+declare_choices! {
+    /// A set of values that the other settings start from.
+    pub enum Preset {
+        /// The view from the middle of the shells, with depths.
+        Balanced = "balanced",
+        /// As in the paper: textures inferred from viewpoints on a circle, on spheres and rectangles at clustered
+        /// distances, looked up by paths that are 3 degrees apart at most or no longer than `tau`.
+        Faithful = "faithful",
+    }
+}
+
 declare_settings! {
     /// Settings of layered environment maps.
     pub struct LayeredEnvironmentMapSettings of "layered_environment_map" {
+        /// The set of values that the other settings start from.
+        preset: Preset = Preset::Balanced;
         /// The most layers about a group of reflectors and lenses.
         layers: u32 = 3, range(1.0, 16.0), baked();
         /// The property by which things share a layer.
         clustering: Clustering = Clustering::Shape, baked();
         /// The shape that stands in for the things of a layer.
         shells: Shells = Shells::Auto, baked();
-        /// Side of a layer's texture, or of each face of its cube.
-        size: u32 = 256, power_of_two(8, 1024), unit("texels"), baked();
+        /// Side of a layer's texture, or of each face of its cube; 0: by what a view reads, from 64 to 1024, but 256 in
+        /// bakes and where textures are inferred.
+        size: u32 = 0, one_of(&[0, 8, 16, 32, 64, 128, 256, 512, 1024]), unit("texels"), baked();
         /// Rays a texel, or a pixel of the pictures that textures are inferred from.
         capture_samples: u32 = 4, one_of(&[1, 4, 9, 16]), baked();
         /// Each texel has the distance of what it shows; without, all is on its shell (the paper's).
@@ -146,5 +160,36 @@ declare_settings! {
         angle_deg: f32 = 6.0, range(0.1, 90.0), unit("degrees");
         /// Reports a frame's tests of rays against triangles and surfaces, which takes longer.
         count_tests: bool = false;
+    }
+
+    fn start(&self) -> Self {
+        Self::preset(self.preset)
+    }
+}
+
+/// The size of textures that are not made for a view. Chosen, not measured.
+const SIZE_FOR_ALL_VIEWS: u32 = 256;
+
+impl LayeredEnvironmentMapSettings {
+    /// The same with a size.
+    pub(super) fn sized(&self) -> Self {
+        Self { size: if self.size == 0 { SIZE_FOR_ALL_VIEWS } else { self.size }, ..self.clone() }
+    }
+
+    /// The settings of a preset.
+    pub fn preset(preset: Preset) -> Self {
+        let balanced = Self { preset, ..Self::default() };
+        match preset {
+            Preset::Balanced => balanced,
+            Preset::Faithful => Self {
+                clustering: Clustering::Distance,
+                shells: Shells::Quad,
+                depth: false,
+                textures: Textures::Inferred,
+                edges: Edges::Nearest,
+                angle_deg: 3.0,
+                ..balanced
+            },
+        }
     }
 }

@@ -198,3 +198,25 @@ fn bakes_of_any_bytes_give_pictures_of_numbers() {
         assert!(refusal(session(&units)).contains("no shells"), "{textures}");
     }
 }
+
+/// Larger pictures read larger textures, a view the same whatever was drawn before, and a given size is as given.
+#[test]
+fn textures_are_as_large_as_a_view_reads_them() {
+    let scene = scene("sphere_room?tess=16");
+    let quality = Quality { samples: 1, order: 1 };
+    let fine = "capture_samples = 1\nlayers = 1";
+    let [small, large] = [[32, 24], [256, 192]].map(|[width, height]| scene.default_view(width, height));
+    let mut chosen = session(ID, fine, &scene, quality);
+    let [first, second, again] = [&small, &large, &small].map(|view| chosen.draw(view).expect("it is drawn"));
+    let texels = [&first, &second, &again].map(|drawn| drawn.report.counts["layer_texels"]);
+    assert!(texels[0] < texels[1] && texels[0] == texels[2], "{texels:?}");
+    assert!(first.picture.pixels == again.picture.pixels, "a picture depends on what was drawn before");
+    let captures = [&first, &second, &again].map(|drawn| drawn.report.stages_ms.iter().any(|one| one.0 == "capture"));
+    assert_eq!(captures, [true, true, false]);
+    // What is chosen is that size, and better than the next smaller ones.
+    let given = |size: u64| draw(ID, &format!("{fine}\nsize = {size}"), &scene, &large, quality).picture;
+    assert!(given(texels[1]).pixels == second.picture.pixels, "{texels:?}");
+    let truth = draw("reference", "paths = 'two_path'", &scene, &large, quality).picture;
+    let error = |found: &Framebuffer| reflector_error(found, &truth, &scene, &large).flip_mean;
+    assert!(error(&second.picture) < 0.9 * error(&given(64)), "{texels:?}");
+}

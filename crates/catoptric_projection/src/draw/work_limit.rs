@@ -33,6 +33,9 @@ const SPECULAR_SHARE: f64 = 1.0;
 /// built-in scenes and files.
 pub(crate) const WORK_A_PIXEL: f32 = 24.0;
 
+/// The limit of presets that draw all paths themselves: what they need on most scenes.
+pub(crate) const WORK_ALONE: f32 = 150.0;
+
 declare_choices! {
     /// What draws paths that are not done within the work of a frame.
     pub enum BeyondWork {

@@ -1,6 +1,6 @@
 //! The settings of explosion maps.
 
-use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
+use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WORK_ALONE, WorkLimit};
 use crate::find::virtual_objects::{LONGEST_EDGE, Recursion};
 use catoptric_engine::method::{declare_choices, declare_settings};
 
@@ -100,6 +100,8 @@ impl ExplosionMapSettings {
                 spheres: 2,
                 edge_error_px: 1.0,
                 piece_px: 3.0,
+                work: WORK_ALONE,
+                beyond_work: BeyondWork::Coarse,
                 ..balanced
             },
             Preset::Exact => Self { polish: 8, ..balanced },

@@ -7,7 +7,7 @@ mod limits;
 mod project;
 mod settings;
 
-pub use settings::{Candidates, ExpansionOrder, PathPerturbationSettings};
+pub use settings::{Candidates, ExpansionOrder, PathPerturbationSettings, Preset};
 
 use crate::draw::MapsInView;
 use crate::draw::far_maps::FarMaps;
@@ -178,7 +178,9 @@ impl MeshProjection for PathPerturbation {
     fn mesh_quality(&self, view: &View) -> MeshQuality {
         // Expansions of neighbouring points differ by more than the finest pieces.
         let (edge_error_px, piece_px) = if self.0.polish == 0 { COARSE_PX } else { (0.0, 0.0) };
-        MeshQuality::new(view, self.0.edge_error_px.max(edge_error_px), self.0.piece_px.max(piece_px))
+        let (edge_error_px, piece_px) = (self.0.edge_error_px.max(edge_error_px), self.0.piece_px.max(piece_px));
+        // Expansions that lead far do not predict each other.
+        MeshQuality { is_plain: self.0.draws_any_reach(), ..MeshQuality::new(view, edge_error_px, piece_px) }
     }
 
     fn projector<'a>(&'a self, context: &Context<'a, Self>, data: &'a ViewRays) -> Perturber<'a> {

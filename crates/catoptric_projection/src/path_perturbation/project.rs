@@ -11,7 +11,7 @@ use crate::find::work;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::PreciseView;
 use catoptric_engine::method::projector::{Projection, Projections, SpecularPath, VertexProjector};
-use catoptric_engine::optics::path::bundle::{Eye, FirstOrder};
+use catoptric_engine::optics::path::bundle::{Bounce, BounceKind, Eye, FirstOrder};
 use catoptric_engine::optics::path::manifold::SpecularSurfaces;
 use catoptric_engine::raster::BlockMask;
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -193,7 +193,7 @@ impl Perturber<'_> {
         work::add(WORK_A_SAMPLE);
         let sample = &group.samples[ray as usize];
         let Some(first) = sample.rays.first_order(point) else { return PointOutcome::Unsolved };
-        if !(first.distance > 0.0 && group.is_trusted(ray, first.linear)) {
+        if !(first.distance > 0.0 && (self.settings.draws_any_reach() || group.is_trusted(ray, first.linear))) {
             return PointOutcome::Unsolved;
         }
         let neighbour = match self.settings.expansion.forced() {
@@ -235,9 +235,12 @@ impl Perturber<'_> {
         let sample = &group.samples[ray as usize];
         let forced = self.settings.expansion.forced();
         let left_out = left_out(neighbour, forced);
-        // An expansion whose next order is as large as its reach means nothing.
+        // An expansion whose next order is as large as its reach means nothing; the paper draws it, distorted.
         let limit = if forced == Some(Approximation::Nearest) { TRUSTED_REACH } else { LARGEST_REST };
-        if group.picture_distance(ray, left_out) > limit {
+        if !self.settings.draws_any_reach() && group.picture_distance(ray, left_out) > limit {
+            return None;
+        }
+        if self.settings.draws_any_reach() && self.is_behind(group, sample, point) {
             return None;
         }
         let parameters = sample.parameters_of(neighbour.reflection_point);
@@ -288,6 +291,20 @@ impl Perturber<'_> {
             optical_length: sample.optical_length_to(point),
             left_out: DVec2::ZERO,
         })
+    }
+
+    /// True if a point lies behind the last mirror of a sample's path, by the tangent plane there.
+    fn is_behind(&self, group: &PathRays, sample: &RaySample, point: DVec3) -> bool {
+        let [.., Bounce { kind: BounceKind::Reflect, .. }] = group.path.bounces[..] else { return false };
+        let sites = &sample.sites.sites[..sample.sites.count];
+        let (last, arriving) = match (sites, self.eye) {
+            ([.., before, last], _) => (last, last.position - before.position),
+            ([last], Eye::Point(eye)) => (last, last.position - eye),
+            ([last], Eye::Direction(direction)) => (last, direction),
+            ([], _) => return false,
+        };
+        let normal = sample.rays.direction - arriving.normalize();
+        normal.dot(point - last.position) <= 0.0
     }
 
     /// A path as an appearance; returns `None` if it is not seen.
@@ -362,6 +379,9 @@ impl Perturber<'_> {
 
     /// True if the ray map saw another part of the path's surfaces where a reflection point should be.
     fn is_hidden(&self, group: &PathRays, reflection_point: DVec3, [x, y]: [f64; 2]) -> bool {
+        if self.settings.draws_any_reach() {
+            return false;
+        }
         match self.map.sample_at(group, [x + self.margin_px, y + self.margin_px]) {
             Some(seen) => {
                 let reach = f64::from(group.reach[seen as usize]).max(1e-9);

@@ -1,6 +1,6 @@
 //! The perturbation method's settings.
 
-use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
+use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WORK_ALONE, WorkLimit};
 use crate::find::ray_map::Approximation;
 use catoptric_engine::method::{declare_choices, declare_settings};
 
@@ -40,9 +40,24 @@ declare_choices! {
     }
 }
 
+declare_choices! {
+    /// A set of values that the other settings start from.
+    pub enum Preset {
+        /// Samples in reach, paths made exact by the solver.
+        Balanced = "balanced",
+        /// As in the paper: a sample every 16 pixels, the nearest rays, expanded to second order however far that leads.
+        Faithful = "faithful",
+    }
+}
+
+/// Distance of the paper's samples (section IV: 40 x 30 of them for 640 x 480).
+const FAITHFUL_SPACING_PX: f32 = 16.0;
+
 declare_settings! {
     /// Settings of the perturbation method.
     pub struct PathPerturbationSettings of "path_perturbation" {
+        /// The set of values that the other settings start from.
+        preset: Preset = Preset::Balanced;
         /// Spacing of the sample rays.
         spacing_px: f32 = 8.0, range(1.0, 256.0), unit("pixels");
         /// Where neighbouring rays disagree, they are sampled down to this spacing; `spacing_px` for a regular grid,
@@ -56,6 +71,9 @@ declare_settings! {
         expansion: ExpansionOrder = ExpansionOrder::Auto;
         /// The sample rays that are tried for a point.
         candidates: Candidates = Candidates::InReach;
+        /// Without `polish`: expansions are drawn however far they lead, as the paper's are; else those are left out
+        /// whose next order is as large as their reach, or whose place shows another part of the surface.
+        any_reach: bool = false;
         /// The most steps of the solver on the specular constraint after the expansion; 0: none, the paper's method.
         polish: u32 = 40, range(0.0, 100.0);
         /// Edges of virtual geometry are divided until they are this near to where they belong; without `polish` at
@@ -75,6 +93,10 @@ declare_settings! {
         far_size: u32 = 512, range(4.0, 4096.0), unit("texels");
     }
 
+    fn start(&self) -> Self {
+        Self::preset(self.preset)
+    }
+
     fn check_rules(&self) -> Result<(), String> {
         match self.finest_px > self.spacing_px {
             true => Err(format!("finest_px = {} is larger than spacing_px = {}", self.finest_px, self.spacing_px)),
@@ -87,5 +109,29 @@ impl PathPerturbationSettings {
     /// The limit of a frame's work.
     pub(super) fn work_limit(&self) -> WorkLimit {
         WorkLimit { a_pixel: self.work, beyond: self.beyond_work }
+    }
+
+    /// True if expansions are drawn however far they lead: what the solver finds from them is where it is.
+    pub(super) fn draws_any_reach(&self) -> bool {
+        self.any_reach && self.polish == 0
+    }
+
+    /// The settings of a preset.
+    pub fn preset(preset: Preset) -> Self {
+        let balanced = Self { preset, ..Self::default() };
+        match preset {
+            Preset::Balanced => balanced,
+            Preset::Faithful => Self {
+                spacing_px: FAITHFUL_SPACING_PX,
+                finest_px: FAITHFUL_SPACING_PX,
+                expansion: ExpansionOrder::Quadratic,
+                candidates: Candidates::Nearest,
+                any_reach: true,
+                polish: 0,
+                work: WORK_ALONE,
+                beyond_work: BeyondWork::Coarse,
+                ..balanced
+            },
+        }
     }
 }

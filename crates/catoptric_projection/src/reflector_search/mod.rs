@@ -10,7 +10,7 @@ mod pictures;
 mod settings;
 
 pub use pictures::ReflectorPictures;
-pub use settings::{Images, Refine, ReflectorSearchSettings};
+pub use settings::{Images, Preset, Refine, ReflectorSearchSettings, Search};
 
 use crate::draw::prepared::ProjectionMethod;
 use crate::draw::work_limit::WorkLimit;
@@ -104,7 +104,7 @@ impl VirtualObjectMethod for ReflectorSearchMethod {
                 (Some(index), ..) => cubes.get(index as usize)?.clone(),
                 (None, ..) => Arc::new(ReflectorImage::around(reflector.mesh, self.cube_size(meshes.len()))),
             };
-            ReflectorSearch::new(reflector, image)
+            ReflectorSearch::new(reflector, image, self.0.search)
         }
     }
 

@@ -73,7 +73,7 @@ impl ReflectorPictures {
         };
         let rays = VertexRays::of_view(&self.mesh, view);
         let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays: &rays, view: Some(view) };
-        let search = image.and_then(|image| ReflectorSearch::new(&reflector, image));
+        let search = image.and_then(|image| ReflectorSearch::new(&reflector, image, self.settings.search));
         self.seen = search.map(|search| ViewPictures { view: view.clone(), rays, search });
     }
 

@@ -17,7 +17,7 @@ use hybrid::MappedReflectors;
 pub use morph::nodes_around;
 pub use panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors, PanoramicProjection, PanoramicProjector};
 pub use rays::visible_pieces::{PiecesOfPixels, visible_pieces};
-pub use settings::{Ambiguous, CameraKind, Mode, Preset, SampleBasedCameraSettings};
+pub use settings::{Ambiguous, Blend, CameraKind, Mode, Preset, SampleBasedCameraSettings};
 
 use crate::draw::MapsInView;
 use crate::draw::overlays::ShownPixels;

@@ -3,7 +3,7 @@
 use super::hybrid::patterns;
 use super::morph::node_counts;
 use super::panorama::MAX_RAYS;
-use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WorkLimit};
+use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WORK_ALONE, WorkLimit};
 use catoptric_engine::method::{declare_choices, declare_settings};
 
 declare_choices! {
@@ -27,6 +27,17 @@ declare_choices! {
 }
 
 declare_choices! {
+    /// What becomes of a point's appearances at the nodes.
+    pub enum Blend {
+        /// Ours: made exact, blended with what their derivatives say of the way, and solved from the eye where that is
+        /// not accurate.
+        Solved = "solved",
+        /// The paper's: the mean of what the cameras say, by barycentric weights, and nothing but that.
+        Mean = "mean",
+    }
+}
+
+declare_choices! {
     /// The form of leaves.
     pub enum CameraKind {
         /// Ours: polynomials over surface coordinates, in blocks of the ray map.
@@ -45,7 +56,7 @@ declare_choices! {
         Balanced = "balanced",
         /// As balanced, and every vertex made exact by the solver.
         Exact = "exact",
-        /// As in the paper: pinholes, half the resolution, one pixel.
+        /// As in the paper: pinholes, half the resolution, one pixel; with `mode=morph` the mean of four nodes.
         Faithful = "faithful",
     }
 }
@@ -92,6 +103,8 @@ declare_settings! {
         grid_reach: f32 = 2.0, range(0.1, 100.0), unit("diagonals of the reflector's box"), baked();
         /// Morphing: side of each of the six pictures about a node whose rays are mapped.
         node_size: u32 = 512, range(16.0, 4096.0), unit("pixels"), baked();
+        /// Morphing: what becomes of a point's appearances at the nodes.
+        blend: Blend = Blend::Solved, baked();
         /// Morphing: what becomes of points that some nodes see and others do not.
         ambiguous: Ambiguous = Ambiguous::Cured;
         /// Morphing: nodes that no view needs are forgotten beyond this.
@@ -111,8 +124,10 @@ declare_settings! {
                 let (size, apart) = (self.node_size, self.downsampling);
                 return Err(format!("node_size = {size} with downsampling = {apart}: it may be {most} at the most"));
             }
-            if self.beyond_work == BeyondWork::Coarse {
-                return Err("mode = \"morph\" has tiles draw what it cannot blend: leave `beyond_work` out".into());
+            if self.beyond_work == BeyondWork::Coarse && self.blend == Blend::Solved {
+                let message = "mode = \"morph\" has tiles draw what it cannot blend: leave `beyond_work` out, or have \
+                               it blend everything (blend = \"mean\")";
+                return Err(message.into());
             }
         }
         Ok(())
@@ -139,9 +154,17 @@ impl SampleBasedCameraSettings {
             },
             Preset::Balanced => balanced,
             Preset::Exact => Self { polish: 8, ..balanced },
-            Preset::Faithful => {
-                Self { camera: CameraKind::Pinhole, accuracy_px: 1.0, max_shared: 2.0, edge_error_px: 0.5, ..balanced }
-            }
+            Preset::Faithful => Self {
+                camera: CameraKind::Pinhole,
+                accuracy_px: 1.0,
+                max_shared: 2.0,
+                edge_error_px: 0.5,
+                blend: Blend::Mean,
+                ambiguous: Ambiguous::Discarded,
+                work: WORK_ALONE,
+                beyond_work: BeyondWork::Coarse,
+                ..balanced
+            },
         }
     }
 }

@@ -4,6 +4,7 @@ mod drawing;
 mod exact_search;
 mod explosion_map;
 mod extrusions;
+mod faithful;
 mod far_objects;
 mod path_perturbation;
 mod planar_mirror;

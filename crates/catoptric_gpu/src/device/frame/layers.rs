@@ -24,18 +24,20 @@ pub(crate) struct DeviceLayers {
     /// The roots of these.
     roots: Vec<u32>,
     numbers: TextureView,
-    /// The layers of a view, and by which viewpoints they are known.
+    /// The layers of a view, and by which viewpoints and sizes of textures they are known.
     maps: LayerMaps,
-    viewpoints: Vec<Vec<u32>>,
+    viewpoints: Vec<Vec<(u32, Vec<u32>)>>,
     /// Texels and words.
     views: [TextureView; 2],
     /// Memory that all of it takes on the device.
     pub(crate) byte_count: u64,
 }
 
-/// The viewpoints whose layers groups look up.
-fn viewpoints_of(groups: &[Vec<ViewpointLayers<'_>>]) -> Vec<Vec<u32>> {
-    groups.iter().map(|viewpoints| viewpoints.iter().map(|viewpoint| viewpoint.number).collect()).collect()
+/// The viewpoints whose layers groups look up, with the sizes of these.
+fn viewpoints_of(groups: &[Vec<ViewpointLayers<'_>>]) -> Vec<Vec<(u32, Vec<u32>)>> {
+    let of =
+        |viewpoint: &ViewpointLayers<'_>| (viewpoint.number, viewpoint.layers().map(|layer| layer.size()).collect());
+    groups.iter().map(|viewpoints| viewpoints.iter().map(of).collect()).collect()
 }
 
 impl DeviceLayers {

@@ -57,7 +57,7 @@ impl<'a> LayersWork<'a> {
             () if quality.order == 0 => "order 0 shows no reflection: there is nothing to bake",
             () if !LensGroup::any(scene) => "the scene has no reflector and no lens: there is nothing to bake",
             () => {
-                let (settings, order) = (settings.clone(), quality.order);
+                let (settings, order) = (settings.sized(), quality.order);
                 return Ok(Self { scene, settings, order, known: OnceLock::new() });
             }
         };

@@ -222,7 +222,7 @@ fn ray_among(
 }
 
 /// The differential of a ray by its neighbours.
-fn differences(ray: &Ray, right: &Ray, below: &Ray) -> RayDifferential {
+pub(crate) fn differences(ray: &Ray, right: &Ray, below: &Ray) -> RayDifferential {
     RayDifferential {
         origin_dx: right.origin - ray.origin,
         origin_dy: below.origin - ray.origin,

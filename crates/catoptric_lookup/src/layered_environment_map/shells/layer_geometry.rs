@@ -100,7 +100,7 @@ impl LayerGeometry {
         settings: &LayeredEnvironmentMapSettings,
         viewpoints: usize,
     ) -> Result<(), RenderError> {
-        let size = settings.size;
+        let size = settings.sized().size;
         let layouts =
             (0..self.part_count()).flat_map(|part| self.strata_of(part)).map(|layer| layer.shell.layout(size));
         let bytes = layouts.map(|layout| {
@@ -153,6 +153,7 @@ impl LayerGeometry {
         part: usize,
         progress: &dyn Progress,
     ) -> Result<Vec<Layer>, Cancelled> {
+        let settings = &settings.sized();
         projected_layers(settings, &self.apart(settings, scene, part), self.strata_of(part), progress)
     }
 

@@ -151,6 +151,12 @@ impl TexelLayout {
         }
     }
 
+    /// How many texels of the finest level the narrower axis of a footprint is wide.
+    pub(crate) fn width(&self, footprints: &Footprints<1>) -> f32 {
+        let probes = ProbeRows::of(&footprints.changes, MAX_ANISOTROPY);
+        texels_across(probes.spread[0], self.size, self.located(&footprints.places).secant2[0])
+    }
+
     /// Footprints of one width about places (unit directions, or places of the square).
     #[inline(always)] // for the instructions of its caller
     fn trilinear<const LANES: usize>(

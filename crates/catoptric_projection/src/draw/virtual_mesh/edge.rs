@@ -21,6 +21,10 @@ const UNSEEN: f32 = 1e4;
 /// Chosen, not measured.
 const JUMP: f32 = 4.0;
 
+/// Where nearness is enough, appearances are joined whose reflection points lie no further apart than this share of the
+/// reflector's radius: a quarter of its size. Chosen, not measured.
+const JOINED: f32 = 0.5;
+
 /// Edges shorter than this share of the scene are never divided. Chosen, not measured.
 const SHORTEST: f32 = 1e-4;
 
@@ -67,6 +71,7 @@ const END_STEPS: f32 = 12.0;
 pub(super) struct EdgeRule {
     edge_error_px: f32,
     piece_px: f32,
+    is_plain: bool,
     picture: PictureScale,
     ends: Ends,
     center: Vec3,
@@ -82,6 +87,7 @@ impl EdgeRule {
         Self {
             edge_error_px: quality.edge_error_px,
             piece_px: quality.piece_px,
+            is_plain: quality.is_plain,
             picture: quality.picture,
             ends: quality.ends,
             center: last_reflector.center(),
@@ -138,7 +144,7 @@ impl EdgeRule {
             return excess * UNSEEN;
         }
         if let ([one], [other]) = (at_a, at_b)
-            && one.focal_index == other.focal_index
+            && self.may_join(one, other)
         {
             // The same from both ends.
             return self.strain_between(one, other, step, holes);
@@ -261,10 +267,20 @@ impl EdgeRule {
     ) -> Option<&'a Projection> {
         let other = match (here, there) {
             // Mostly there is one on each side.
-            ([_], [other]) if other.focal_index == one.focal_index => other,
+            ([_], [other]) if self.may_join(one, other) => other,
             _ => self.best(one, here, there, step)?,
         };
-        self.are_sure(one, other, step).then_some(other)
+        (self.are_near(one, other) || self.are_sure(one, other, step)).then_some(other)
+    }
+
+    /// True if two appearances can belong together.
+    fn may_join(&self, one: &Projection, other: &Projection) -> bool {
+        one.focal_index == other.focal_index || self.are_near(one, other)
+    }
+
+    /// True if nearness is enough, and two appearances lie near each other on the first reflector.
+    fn are_near(&self, one: &Projection, other: &Projection) -> bool {
+        self.is_plain && one.reflection_point.distance(other.reflection_point) <= JOINED * self.radius
     }
 
     /// True if two appearances at the ends of a step predict each other so well that they must belong together.
@@ -314,7 +330,7 @@ impl EdgeRule {
         there: &'a [Projection],
         step: Vec3,
     ) -> Option<&'a Projection> {
-        let fitting = there.iter().filter(|other| other.focal_index == one.focal_index);
+        let fitting = there.iter().filter(|other| self.may_join(one, other));
         let (mut own, mut best) = (f32::INFINITY, None);
         for other in fitting {
             let mismatch = self.mismatch(one, other, step);
@@ -323,7 +339,7 @@ impl EdgeRule {
             }
         }
         let other = best?;
-        let mut rivals = here.iter().filter(|rival| rival.focal_index == one.focal_index && !std::ptr::eq(*rival, one));
+        let mut rivals = here.iter().filter(|rival| self.may_join(rival, one) && !std::ptr::eq(*rival, one));
         (!rivals.any(|rival| self.mismatch(rival, other, step) < own)).then_some(other)
     }
 

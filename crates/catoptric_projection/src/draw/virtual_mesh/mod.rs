@@ -37,6 +37,9 @@ pub struct MeshQuality {
     pub edge_error_px: f32,
     /// Edges shorter than this are not divided, in pixels; those on which an appearance ends, than 32 times this.
     pub piece_px: f32,
+    /// As in Chen and Arvo 2000: appearances at the two ends of an edge are joined where they lie near each other,
+    /// whether they predict each other or not, and no mirror appears in itself.
+    pub is_plain: bool,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
     /// What becomes of pieces on which appearances end, and of those that would have to be very small.
@@ -56,7 +59,8 @@ pub enum Ends {
 impl MeshQuality {
     /// For a view's picture, by the finest edges' error and the smallest pieces, both in pixels.
     pub fn new(view: &View, edge_error_px: f32, piece_px: f32) -> Self {
-        Self { edge_error_px, piece_px, picture: PictureScale::new(view), ends: Ends::Followed }
+        let (picture, ends) = (PictureScale::new(view), Ends::Followed);
+        Self { edge_error_px, piece_px, is_plain: false, picture, ends }
     }
 }
 

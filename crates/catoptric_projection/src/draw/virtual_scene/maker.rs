@@ -129,7 +129,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                 let is_convex = || self.scene.is_convex(scene, index as u32);
                 let from_without = || !object.inside && !view.may_start_within(&object.bounds);
                 let own = last.object == index as u32 && last.kind == BounceKind::Reflect;
-                if own && is_convex() && from_without() {
+                if own && (self.quality.is_plain || is_convex() && from_without()) {
                     continue; // rays that leave a convex mirror never come back
                 }
                 if maps.far.is_some_and(|far| far.shows(last.object, index as u32)) {

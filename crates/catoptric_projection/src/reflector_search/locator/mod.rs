@@ -4,10 +4,12 @@ mod batch;
 mod candidates;
 mod cell;
 mod law;
+mod maximum;
 mod origins;
 pub(crate) mod starts;
 
 use super::image::{ImagePlace, MeshSpot, ReflectorImage};
+use super::settings::Search;
 use crate::find::virtual_objects::{Locator, ReflectionPoint, ReflectionPoints, Reflector, weights_of};
 use crate::find::work;
 use candidates::{TexelCandidate, TexelCandidates};
@@ -92,13 +94,14 @@ pub struct ReflectorSearch {
     pub(super) starts: Option<Starts>,
     /// True if no point appears more than once.
     single: bool,
+    search: Search,
     /// Starts that were not followed since a point had [`MAX_PLACES`] already, summed over the points so far.
     not_followed: AtomicU64,
 }
 
 impl ReflectorSearch {
     /// Makes ready to search in a picture of the reflector; returns `None` if it shows nothing of the side that is met.
-    pub fn new(reflector: &Reflector<'_>, image: Arc<ReflectorImage>) -> Option<Self> {
+    pub fn new(reflector: &Reflector<'_>, image: Arc<ReflectorImage>, search: Search) -> Option<Self> {
         let (mesh, rays) = (reflector.mesh, reflector.rays);
         let law = Law::new(rays);
         let eye = reflector
@@ -142,10 +145,11 @@ impl ReflectorSearch {
             return None;
         }
         let starts = match eye {
-            Some(_) if single => Starts::new(&image, &whole, law.side, mesh.center),
+            Some(_) if single && search == Search::Cells => Starts::new(&image, &whole, law.side, mesh.center),
             _ => None,
         };
-        Some(Self { image, law, source, whole, candidates, starts, single, not_followed: AtomicU64::new(0) })
+        let not_followed = AtomicU64::new(0);
+        Some(Self { image, law, source, whole, candidates, starts, single, search, not_followed })
     }
 
     /// Where the ray comes from that arrives at a texel.
@@ -194,6 +198,9 @@ impl ReflectorSearch {
     fn refined(&self, reflector: &Reflector<'_>, start: TexelCell, point: Vec3, most_cells: u32) -> Option<TexelCell> {
         if self.single && lies_behind(&start, point) {
             return None;
+        }
+        if self.search == Search::Maximum {
+            return self.at_maximum(reflector, &start, point);
         }
         let mut now = start;
         for _ in 0..most_cells {
@@ -340,6 +347,8 @@ impl ReflectorSearch {
         // seen to: what continues them lies hidden, and jumps from one end to another.
         let bend = cell.bend();
         let allowed = match (ends, self.single) {
+            // What misses the half vector at the end of the picture is still the greatest product.
+            _ if self.search == Search::Maximum => TILT_AT_END + bend,
             (false, true) => TILT + bend * bend,
             (false, false) => (TILT + bend * bend).min(MAX_TILT),
             (true, false) => TILT + bend,
@@ -424,6 +433,9 @@ impl ReflectorSearch {
         self.candidates.best(&self.law, point, |start, best| {
             if count == MAX_PLACES {
                 self.not_followed.fetch_add(1, Ordering::Relaxed);
+                return;
+            }
+            if !best && self.search == Search::Maximum {
                 return;
             }
             let Some(cell) = self.cell(reflector, &start, point) else { return };

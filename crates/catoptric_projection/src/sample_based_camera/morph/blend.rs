@@ -1,7 +1,7 @@
 //! Appearances at the nodes, blended.
 
 use super::cache::AroundEye;
-use super::mean::{Mean, form_of};
+use super::mean::{Mean, form_of, plain_form_of};
 use super::sightings::{Lookout, Node, REACH, Sightings};
 use super::walk::Mirror;
 use crate::find::node_sightings::{MOST_NODES, Sighting};
@@ -9,6 +9,7 @@ use crate::find::polish::{Effort, polished};
 use crate::find::ray_map::Specular;
 use crate::find::tetrahedron_form::{FormWeights, TetrahedronForm};
 use crate::sample_based_camera::project::{CameraProjector, TOUCHING};
+use crate::sample_based_camera::settings::Blend;
 use catoptric_core::scene::{PreciseView, Scene, View};
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::Report;
@@ -76,6 +77,7 @@ pub(in super::super) struct MorphProjector<'a> {
     pub(super) polish: u32,
     /// Points that some nodes do not see are followed beyond what these see; else they are left out.
     pub(super) cures: bool,
+    pub(super) blend: Blend,
     pub(super) counts: PointCounts,
 }
 
@@ -97,7 +99,7 @@ impl VertexProjector for MorphProjector<'_> {
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {
-        if !self.cures {
+        if !self.solves() {
             return self.project_on(one.path, &[point], found);
         }
         if let Some((cameras, number)) = self.at_eye(one.path) {
@@ -145,6 +147,19 @@ fn renumbered(path: u32, found: &mut Vec<Projection>, find: impl FnOnce(&mut Vec
 }
 
 impl MorphProjector<'_> {
+    /// True if a solver looks from the eye where nodes do not tell enough.
+    pub(super) fn solves(&self) -> bool {
+        self.cures && self.blend == Blend::Solved
+    }
+
+    /// An appearance that all nodes around the eye know of, while the eye moves among these.
+    pub(super) fn form_of(&self, nodes: &[Vec3; MOST_NODES], at: &[Sighting]) -> TetrahedronForm {
+        match self.blend {
+            Blend::Solved => form_of(nodes, at),
+            Blend::Mean => plain_form_of(at),
+        }
+    }
+
     /// The cameras at the eye, and a path's number there, if it is not blended.
     fn at_eye(&self, path: u32) -> Option<(&CameraProjector<'_>, u32)> {
         let index = (path as usize).checked_sub(self.blended.len())?;
@@ -208,7 +223,8 @@ impl MorphProjector<'_> {
     fn lookout<'s>(&'s self, path: u32, nodes: &'s [Node<'s>], in_nodes: &'s [u32]) -> Lookout<'s> {
         let (scene, tracer, surfaces, order) = (self.scene, &*self.tracer, &self.surfaces, self.order);
         let specular = Specular { scene, tracer, surfaces, order };
-        Lookout { nodes, in_nodes, path: &self.paths[path as usize], specular, cures: self.cures }
+        let (path, is_exact) = (&self.paths[path as usize], self.blend == Blend::Solved);
+        Lookout { nodes, in_nodes, path, specular, cures: self.cures, is_exact }
     }
 
     /// The mirror of a path that has one only.
@@ -277,7 +293,7 @@ impl MorphProjector<'_> {
 
     /// An appearance that some node does not know of, by the solver from the eye.
     fn settle(&self, path: u32, lookout: &Lookout<'_>, sightings: &Sightings, point: Vec3) -> Option<Projection> {
-        if !self.cures {
+        if !self.solves() {
             return None;
         }
         self.counts.ambiguous.fetch_add(1, Ordering::Relaxed);
@@ -319,10 +335,10 @@ impl MorphProjector<'_> {
     ) -> Option<Projection> {
         let weights = FormWeights::new(weights_of(lookout.nodes));
         let outlook = Outlook { eye: self.eye, weights, view: &self.precise_view };
-        let form = form_of(&lookout.eyes(), at);
+        let form = self.form_of(&lookout.eyes(), at);
         let projection = Self::mean((path, sightings.focal_index), &outlook, &form, at)?;
         if sightings.is_rough
-            && self.cures
+            && self.solves()
             && self.polish == 0
             && let Some((mirror, (node, seen))) = self.mirror_of(path).zip(lookout.nodes.first().zip(at.first()))
         {
@@ -332,7 +348,7 @@ impl MorphProjector<'_> {
                 return Some(exact);
             }
         }
-        let steps = if sightings.is_rough && self.cures { self.polish.max(STEPS_WHERE_ROUGH) } else { self.polish };
+        let steps = if sightings.is_rough && self.solves() { self.polish.max(STEPS_WHERE_ROUGH) } else { self.polish };
         if steps == 0 {
             return Some(projection);
         }

@@ -29,6 +29,20 @@ impl Mean {
     }
 }
 
+/// The paper's mean of what is seen at the nodes.
+pub(super) fn plain_form_of(at: &[Sighting]) -> TetrahedronForm {
+    TetrahedronForm::new(corners_of(at), |_, _| PlaceAndLength::default())
+}
+
+/// What is seen at each node; of fewer nodes the first one's again.
+fn corners_of(at: &[Sighting]) -> [PlaceAndLength; MOST_NODES] {
+    let none = Sighting::default();
+    std::array::from_fn(|node| {
+        let seen = at.get(node).or(at.first()).unwrap_or(&none);
+        PlaceAndLength { place: seen.first, length: seen.length }
+    })
+}
+
 /// The first reflection point and the path's length while the eye moves among nodes at these places.
 ///
 /// Where derivatives with the eye are known, half of what these predict for the way from each node is added: so
@@ -39,11 +53,9 @@ pub(super) fn form_of(nodes: &[Vec3; MOST_NODES], at: &[Sighting]) -> Tetrahedro
     let knows_all = at.iter().all(|seen| seen.change_with_eye.is_some());
     let none = Sighting::default();
     let seen = |node: usize| at.get(node).or(at.first()).unwrap_or(&none);
-    let corner = |node: usize| PlaceAndLength { place: seen(node).first, length: seen(node).length };
-    let corners = [corner(0), corner(1), corner(2), corner(3)];
     let ray = |node: usize| (seen(node).first - nodes[node]).normalize_or_zero();
     let rays = [ray(0), ray(1), ray(2), ray(3)];
-    TetrahedronForm::new(corners, |from, to| {
+    TetrahedronForm::new(corners_of(at), |from, to| {
         let (one, other, way) = (seen(from), seen(to), nodes[to] - nodes[from]);
         let apart = one.first - other.first;
         let below = |seen: &Sighting| seen.normal * apart.dot(seen.normal);

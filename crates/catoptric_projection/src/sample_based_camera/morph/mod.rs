@@ -20,7 +20,7 @@ pub use grid::nodes_around;
 use super::hybrid::MappedReflectors;
 use super::panorama::{PanoramaSettings, PanoramicMirrors};
 use super::rays::grid::extent;
-use super::settings::{Ambiguous, SampleBasedCameraSettings};
+use super::settings::{Ambiguous, Blend, SampleBasedCameraSettings};
 use super::{INFO, SampleBasedCamera, ViewCameras, margin_px};
 use crate::draw::MapsInView;
 use crate::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
@@ -134,8 +134,12 @@ impl Morphing {
             *self.settings();
         let size_px = self.settings().node_size;
         let polish = 0;
+        let of_mirror = match self.settings().blend {
+            Blend::Solved => accuracy_px.max(MIRROR_ACCURACY_PX),
+            Blend::Mean => accuracy_px,
+        };
         let [accuracy_px, mirror_accuracy_px] =
-            [accuracy_px, accuracy_px.max(MIRROR_ACCURACY_PX)].map(|accuracy| accuracy.min(downsampling as f32));
+            [accuracy_px, of_mirror].map(|accuracy| accuracy.min(downsampling as f32));
         PanoramaSettings {
             size_px,
             downsampling,
@@ -348,13 +352,17 @@ impl MeshProjection for Morphing {
             kept,
         };
         found.find_paths();
-        let probes = agreement::probes(scene);
-        let are_blended = self.projector(context, &found).are_blended(&probes);
-        found.leave_out_unless(are_blended);
-        stages.lap("agreement");
+        // The paper's mean is drawn wherever there are nodes, and by nothing else.
+        let blends_all = self.settings().blend == Blend::Mean;
+        if !blends_all {
+            let probes = agreement::probes(scene);
+            let are_blended = self.projector(context, &found).are_blended(&probes);
+            found.leave_out_unless(are_blended);
+            stages.lap("agreement");
+        }
         if context.is_for_picture {
             found.leave_out_unknown(&objects, order);
-        } else {
+        } else if !blends_all {
             found.add_from_eye(self.cameras_at_eye(context, stages)?);
         }
         Ok(found)
@@ -446,6 +454,7 @@ impl MeshProjection for Morphing {
             order,
             polish: self.settings().polish,
             cures: self.settings().ambiguous == Ambiguous::Cured,
+            blend: self.settings().blend,
             counts: Default::default(),
         }
     }

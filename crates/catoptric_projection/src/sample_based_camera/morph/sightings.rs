@@ -149,6 +149,8 @@ pub(super) struct Lookout<'a> {
     pub(super) specular: Specular<'a>,
     /// What a node does not see is followed beyond what it sees.
     pub(super) cures: bool,
+    /// In a single mirror what cameras see is made exact.
+    pub(super) is_exact: bool,
 }
 
 thread_local! {
@@ -222,7 +224,8 @@ impl Lookout<'_> {
         let medium = seen.path_length / (reflection_point.distance(eye) + seen.last_segment);
         let sighting = Sighting::of(seen, eye);
         let mut answer = NodeAnswer { focal_index, reflection_point, direction, normal, medium, sighting };
-        if let Some(mirror) = self.single_mirror(point)
+        if self.is_exact
+            && let Some(mirror) = self.single_mirror(point)
             && let Some(site) = self.site_of(mirror.object, eye, &answer)
             && let Some(found) = mirror.seen(eye.as_dvec3(), &site)
             && let Some(exact) = Sighting::exact(&found, eye, point, (normal, medium))
@@ -275,15 +278,15 @@ impl Lookout<'_> {
     ) -> [Option<Sighting>; MOST_NODES] {
         let mut at: [Option<Sighting>; MOST_NODES] =
             std::array::from_fn(|node| seen_at(node).map(|seen| seen.sighting));
-        let is_exact = |at: &Option<Sighting>| at.is_some_and(|at| at.change_with_eye.is_some());
+        let is_known = |at: &Option<Sighting>| at.is_some_and(|at| !self.is_exact || at.change_with_eye.is_some());
         let eye_of = |node: usize| self.nodes[node].eye();
         let (Some(own), Some(mirror)) = (seen_at(index), self.single_mirror(point)) else { return at };
-        if !self.cures || at[..self.nodes.len()].iter().all(is_exact) {
+        if !self.cures || at[..self.nodes.len()].iter().all(is_known) {
             return at;
         }
         let Some(site) = self.site_of(mirror.object, eye_of(index), own) else { return at };
         for (node, at) in at.iter_mut().enumerate().take(self.nodes.len()) {
-            if node != index && !is_exact(at) {
+            if node != index && !is_known(at) {
                 let found = mirror.walked(&site, [eye_of(index), eye_of(node)].map(Vec3::as_dvec3));
                 let towards = (own.normal, own.medium);
                 let exact = found.and_then(|found| Sighting::exact(&found, eye_of(node), point, towards));

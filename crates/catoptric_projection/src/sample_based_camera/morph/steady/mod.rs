@@ -6,8 +6,8 @@ pub(crate) mod field;
 
 pub(super) use cubes::CubeCache;
 
+use super::super::settings::Blend;
 use super::blend::{MorphProjector, Outlook, weights_of};
-use super::mean::form_of;
 use super::sightings::Sightings;
 use crate::draw::virtual_mesh::{PictureScale, Steadiness, SteadyField, SteadyPath, SteadySource};
 use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
@@ -80,7 +80,7 @@ impl SteadySource for MorphProjector<'_> {
         let Some((lookout, blended)) = self.lookout_on(at.path).zip(self.blended.get(at.path as usize)) else {
             return Ok(None);
         };
-        if lookout.path.bounces.len() != 1 || !self.cures {
+        if lookout.path.bounces.len() != 1 || !self.solves() {
             return Ok(None);
         }
         let around = (self.reflectors[blended.reflector].known, at.kept_path);
@@ -99,7 +99,7 @@ impl SteadySource for MorphProjector<'_> {
                 None => Steadiness::Unsteady(Vec::new()),
             },
             all => {
-                let mean = |seen| Some(from_middle(at, &seen)?.1);
+                let mean = |seen| Some(self.from_middle(at, &seen)?.1);
                 Steadiness::Unsteady(all.iter().filter_map(known).filter_map(mean).collect())
             }
         }
@@ -110,12 +110,15 @@ impl SteadySource for MorphProjector<'_> {
     }
 
     fn half_way(&self, at: &SteadyPath<'_>, ends: [(Vec3, &NodeSightings); 2]) -> Option<NodeSightings> {
+        if self.blend == Blend::Mean {
+            return None;
+        }
         let [from, to] = ends;
         half_way(&at.nodes, at.mirror, from, to)
     }
 
     fn steadiness_of(&self, at: &SteadyPath<'_>, seen: &NodeSightings) -> Steadiness {
-        match from_middle(at, seen) {
+        match self.from_middle(at, seen) {
             Some((form, mean)) if seen.at.iter().zip(at.nodes).all(is_above) => Steadiness::Shown(form, mean),
             mean => Steadiness::Unsteady(mean.into_iter().map(|(_, mean)| mean).collect()),
         }
@@ -123,7 +126,7 @@ impl SteadySource for MorphProjector<'_> {
 
     fn seen(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Option<projector::Projection> {
         let outlook = Outlook { eye: self.eye, weights: at.weights, view: &at.view };
-        let form = form_of(&at.nodes, &sightings.at);
+        let form = self.form_of(&at.nodes, &sightings.at);
         Self::mean((at.path, sightings.focal_index), &outlook, &form, &sightings.at)
     }
 }
@@ -142,13 +145,19 @@ fn known_once(found: &[Sightings]) -> Option<NodeSightings> {
     }
 }
 
-/// An appearance that all nodes know of, as a polynomial, and from the middle; `None` if it is not seen from there.
-fn from_middle(at: &SteadyPath<'_>, seen: &NodeSightings) -> Option<(TetrahedronForm, projector::Projection)> {
-    let weights = FormWeights::new([1.0 / MOST_NODES as f32; MOST_NODES]);
-    let outlook = Outlook { eye: at.middle.as_dvec3(), weights, view: &at.view_from_middle };
-    let form = form_of(&at.nodes, &seen.at);
-    let mean = MorphProjector::mean((at.path, seen.focal_index), &outlook, &form, &seen.at)?;
-    form.is_finite().then_some((form, mean))
+impl MorphProjector<'_> {
+    /// An appearance that all nodes know of, as a polynomial, and from the middle; `None` if it is not seen from there.
+    fn from_middle(
+        &self,
+        at: &SteadyPath<'_>,
+        seen: &NodeSightings,
+    ) -> Option<(TetrahedronForm, projector::Projection)> {
+        let weights = FormWeights::new([1.0 / MOST_NODES as f32; MOST_NODES]);
+        let outlook = Outlook { eye: at.middle.as_dvec3(), weights, view: &at.view_from_middle };
+        let form = self.form_of(&at.nodes, &seen.at);
+        let mean = Self::mean((at.path, seen.focal_index), &outlook, &form, &seen.at)?;
+        form.is_finite().then_some((form, mean))
+    }
 }
 
 /// True if a node sees an appearance, and not from just above the mirror.

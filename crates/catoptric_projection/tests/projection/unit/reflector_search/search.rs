@@ -7,6 +7,7 @@ use catoptric_projection::parts::{
     Locator, PathLimits, PathTree, ReflectionPoint, ReflectionPoints, Reflector, ReflectorImage, ReflectorMesh,
     ReflectorSearch,
 };
+use catoptric_projection::reflector_search::Search;
 use catoptric_scenes::builtin;
 use glam::Vec3;
 use std::sync::Arc;
@@ -30,7 +31,7 @@ impl Set {
                 Some(view) if from_eye => ReflectorImage::from_eye(reflector.mesh, view, size)?,
                 _ => ReflectorImage::around(reflector.mesh, size / 2),
             };
-            ReflectorSearch::new(reflector, Arc::new(image))
+            ReflectorSearch::new(reflector, Arc::new(image), Search::Cells)
         };
         let levels = PathTree::build(&scene, &meshes, &view, PathLimits { order, work: u64::MAX }, 64, make, &Silent)
             .expect("nothing is cancelled");
