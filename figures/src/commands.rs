@@ -1,9 +1,7 @@
 //! The program's command lines that figures are made with: run, and written below the figures in the documents.
 
-use crate::{cameras, layered, light_field, perturbation, root, virtual_objects};
 use anyhow::{Context, Result, bail};
-use std::path::PathBuf;
-use std::process::Command;
+use std::path::{Path, PathBuf};
 
 /// The marks around a figure's lines in a page; what is between them is generated.
 const BEGIN: &str = "<!-- commands: ";
@@ -58,12 +56,6 @@ impl Line {
         self.0.extend(words.iter().map(|word| (*word).to_owned()));
     }
 
-    /// The command that runs it.
-    pub(crate) fn command(&self) -> Command {
-        let words: Vec<&str> = self.0.iter().map(String::as_str).collect();
-        crate::program::catoptric(&words)
-    }
-
     /// The line as it is typed, broken where a page ends.
     fn text(&self) -> String {
         let (mut text, mut column) = (String::from("catoptric"), "catoptric".len());
@@ -89,28 +81,18 @@ pub(crate) fn settings_of(toml: &str) -> Vec<String> {
     lines.map(|line| line.replacen(" = ", "=", 1).replace(['\'', '"'], "")).collect()
 }
 
-/// All figures whose lines are written into pages.
-pub(crate) fn all() -> Result<Vec<Figure>> {
-    let mut all = perturbation::commands();
-    all.extend(virtual_objects::commands());
-    all.extend(light_field::commands());
-    all.extend(cameras::commands());
-    all.extend(layered::commands()?);
-    Ok(all)
-}
-
 /// A page with the current lines of its figures.
-struct Page {
-    path: PathBuf,
-    text: String,
-    current: String,
+pub(crate) struct Page {
+    pub(crate) path: PathBuf,
+    pub(crate) text: String,
+    pub(crate) current: String,
 }
 
-/// The pages that have figures with lines.
-fn pages() -> Result<Vec<Page>> {
+/// The pages of a folder that have these figures.
+pub(crate) fn pages(folder: &Path, figures: &[Figure]) -> Result<Vec<Page>> {
     let mut pages: Vec<Page> = Vec::new();
-    for figure in all()? {
-        let path = root().join("docs").join(figure.page);
+    for figure in figures {
+        let path = folder.join(figure.page);
         let index = match pages.iter().position(|page| page.path == path) {
             Some(index) => index,
             None => {
@@ -131,68 +113,10 @@ fn pages() -> Result<Vec<Page>> {
     Ok(pages)
 }
 
-/// Writes the lines of all figures into their pages.
-pub(crate) fn write() -> Result<()> {
-    for page in pages()?.into_iter().filter(|page| page.text != page.current) {
+/// Writes the lines of figures into their pages.
+pub(crate) fn write(folder: &Path, figures: &[Figure]) -> Result<()> {
+    for page in pages(folder, figures)?.into_iter().filter(|page| page.text != page.current) {
         std::fs::write(&page.path, page.current).with_context(|| format!("cannot write {}", page.path.display()))?;
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use catoptric::methods::{Quality, Report, setting_value};
-    use catoptric_testkit::Session;
-    use catoptric_testkit::drawing::scene;
-
-    #[test]
-    fn pages_have_the_lines_that_their_figures_are_made_with() {
-        for page in pages().expect("all pages have their marks") {
-            assert!(page.text == page.current, "{}: run `cargo figures commands`", page.path.display());
-        }
-    }
-
-    /// Lines of a page by their words, the broken ones joined.
-    fn lines_of(page: &str) -> Vec<Vec<String>> {
-        let text = std::fs::read_to_string(root().join("docs").join(page)).expect("the page is there");
-        let text = text.replace("\\\n", " ");
-        let lines = text.lines().filter(|line| line.starts_with("catoptric render"));
-        lines.map(|line| line.split_whitespace().skip(1).map(|word| word.replace('\'', "")).collect()).collect()
-    }
-
-    /// The value of an option of a line.
-    fn option<'a>(line: &'a [String], name: &str) -> Option<&'a str> {
-        Some(line.get(line.iter().position(|word| word == name)? + 1)?)
-    }
-
-    /// The report of a small picture that is drawn as a printed line says.
-    fn drawn(line: &[String]) -> Report {
-        let scene = scene(line[1].strip_prefix("builtin:").expect("a built-in scene"));
-        let method = option(line, "--method").expect("a method");
-        let order = option(line, "--order").and_then(|order| order.parse().ok()).expect("an order");
-        let settings = line.windows(2).filter(|words| words[0] == "--set").map(|words| {
-            let (name, given) = words[1].split_once('=').expect("name=value");
-            format!("{name} = {}", setting_value(given))
-        });
-        let settings = settings.collect::<Vec<_>>().join("\n");
-        let mut session = Session::new(method, &settings, &scene, Quality { samples: 1, order }).expect("valid");
-        session.draw(&scene.default_view(96, 72)).expect("valid").report
-    }
-
-    /// What the pages print is enough to have the methods draw for themselves.
-    #[test]
-    fn printed_lines_are_drawn_by_the_method_itself() {
-        for (page, method) in [
-            ("figures-path-perturbation.md", "path_perturbation"),
-            ("figures-virtual-objects.md", "reflector_search"),
-            ("figures-sample-based-camera.md", "sample_based_camera"),
-        ] {
-            let lines = lines_of(page);
-            let line =
-                lines.iter().find(|line| option(line, "--method") == Some(method)).expect("a line of the method");
-            let report = drawn(line);
-            assert!(!report.counts.contains_key("tiles") && report.counts["paths"] > 0, "{line:?}: {report:?}");
-        }
-    }
 }

@@ -124,7 +124,7 @@ pub(crate) fn commands() -> Vec<commands::Figure> {
 }
 
 fn picture(scratch: &Path, line: &Line, baked: Option<&PathBuf>) -> Result<RgbImage> {
-    let mut command = line.command();
+    let mut command = program::command(line);
     command.arg("--quiet");
     if let Some(file) = baked {
         command.arg("--baked").arg(file);

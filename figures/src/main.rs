@@ -14,6 +14,7 @@ mod virtual_objects;
 
 use anyhow::{Context, Result, bail};
 use catoptric_testkit::readme::readmes;
+use commands::Figure;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -44,7 +45,7 @@ fn main() -> Result<()> {
         Some("motion") => scaling::motion::draw(),
         Some("scaling") => scaling::draw(),
         Some("settings") => settings(),
-        Some("commands") => commands::write(),
+        Some("commands") => commands::write(&root().join("docs"), &figures()?),
         Some(name) if name.starts_with("cameras") => cameras::draw(name),
         Some(name) if name.starts_with("figure") => perturbation::draw(name),
         Some(name) if name.starts_with("layered") => layered::draw(name),
@@ -54,6 +55,16 @@ fn main() -> Result<()> {
         Some("--help" | "-h") => stage::print(HELP),
         Some(other) => bail!("there is no figure `{other}`\n\n{HELP}"),
     }
+}
+
+/// All figures whose lines are written into pages.
+fn figures() -> Result<Vec<Figure>> {
+    let mut all = perturbation::commands();
+    all.extend(virtual_objects::commands());
+    all.extend(light_field::commands());
+    all.extend(cameras::commands());
+    all.extend(layered::commands()?);
+    Ok(all)
 }
 
 fn root() -> PathBuf {
@@ -96,4 +107,63 @@ fn pictures_of_readme() -> Result<()> {
         run(program::catoptric(&words).arg(output))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use catoptric::methods::{Quality, Report, setting_value};
+    use catoptric_testkit::Session;
+    use catoptric_testkit::drawing::scene;
+
+    #[test]
+    fn pages_have_the_lines_that_their_figures_are_made_with() {
+        let figures = figures().expect("all scenes are there");
+        for page in commands::pages(&root().join("docs"), &figures).expect("all pages have their marks") {
+            assert!(page.text == page.current, "{}: run `cargo figures commands`", page.path.display());
+        }
+    }
+
+    /// Lines of a page by their words, the broken ones joined.
+    fn lines_of(page: &str) -> Vec<Vec<String>> {
+        let text = std::fs::read_to_string(root().join("docs").join(page)).expect("the page is there");
+        let text = text.replace("\\\n", " ");
+        let lines = text.lines().filter(|line| line.starts_with("catoptric render"));
+        lines.map(|line| line.split_whitespace().skip(1).map(|word| word.replace('\'', "")).collect()).collect()
+    }
+
+    /// The value of an option of a line.
+    fn option<'a>(line: &'a [String], name: &str) -> Option<&'a str> {
+        Some(line.get(line.iter().position(|word| word == name)? + 1)?)
+    }
+
+    /// The report of a small picture that is drawn as a printed line says.
+    fn drawn(line: &[String]) -> Report {
+        let scene = scene(line[1].strip_prefix("builtin:").expect("a built-in scene"));
+        let method = option(line, "--method").expect("a method");
+        let order = option(line, "--order").and_then(|order| order.parse().ok()).expect("an order");
+        let settings = line.windows(2).filter(|words| words[0] == "--set").map(|words| {
+            let (name, given) = words[1].split_once('=').expect("name=value");
+            format!("{name} = {}", setting_value(given))
+        });
+        let settings = settings.collect::<Vec<_>>().join("\n");
+        let mut session = Session::new(method, &settings, &scene, Quality { samples: 1, order }).expect("valid");
+        session.draw(&scene.default_view(96, 72)).expect("valid").report
+    }
+
+    /// What the pages print is enough to have the methods draw for themselves.
+    #[test]
+    fn printed_lines_are_drawn_by_the_method_itself() {
+        for (page, method) in [
+            ("figures-path-perturbation.md", "path_perturbation"),
+            ("figures-virtual-objects.md", "reflector_search"),
+            ("figures-sample-based-camera.md", "sample_based_camera"),
+        ] {
+            let lines = lines_of(page);
+            let line =
+                lines.iter().find(|line| option(line, "--method") == Some(method)).expect("a line of the method");
+            let report = drawn(line);
+            assert!(!report.counts.contains_key("tiles") && report.counts["paths"] > 0, "{line:?}: {report:?}");
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::commands::{self, ALONE, Line};
 use crate::panels::{below, beside, cut};
-use crate::program::{json, picture};
+use crate::program::{command, json, picture};
 use crate::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
@@ -165,7 +165,7 @@ impl Shot {
     fn draw(&self, figure: &str, scratch: &Path) -> Result<RgbImage> {
         let stats = scratch.join("stats.json");
         let [width, height] = self.size;
-        let mut command = self.line().command();
+        let mut command = command(&self.line());
         command.arg("--quiet");
         let panel = picture(command.arg("--stats").arg(&stats), &scratch.join("picture.png"))?;
         let stats = json(&stats)?;

@@ -1,5 +1,6 @@
 //! The program, run for pictures and numbers.
 
+use crate::commands::Line;
 use crate::run;
 use anyhow::{Context, Result};
 use image::RgbImage;
@@ -20,6 +21,12 @@ pub(crate) fn catoptric(words: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO"));
     command.args(["run", "--release", "--locked", "-q", "-p", "catoptric_cli", "--"]).args(words);
     command
+}
+
+/// The command that runs a line.
+pub(crate) fn command(line: &Line) -> Command {
+    let words: Vec<&str> = line.0.iter().map(String::as_str).collect();
+    catoptric(&words)
 }
 
 /// The picture that a `render` command draws into a file.

@@ -2,7 +2,7 @@
 
 use crate::commands::{self, ALONE, Line};
 use crate::panels::{below, beside, cut, save_small};
-use crate::program::{compare, picture};
+use crate::program::{command, compare, picture};
 use crate::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
@@ -143,7 +143,7 @@ fn panels(artefact: &Artefact, scratch: &Path) -> Result<()> {
     let (name, _, _, part, methods) = artefact;
     let mut panels: Vec<RgbImage> = Vec::new();
     for method in methods.iter().chain(&["reference"]) {
-        let mut command = line_of(artefact, method).command();
+        let mut command = command(&line_of(artefact, method));
         panels.push(picture(command.arg("--quiet"), &scratch.join("picture.png"))?);
     }
     let parts: Vec<RgbImage> = panels.iter().map(|panel| cut(panel, *part)).collect();

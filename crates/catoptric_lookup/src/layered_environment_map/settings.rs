@@ -120,7 +120,7 @@ declare_settings! {
         clustering: Clustering = Clustering::Shape, baked();
         /// The shape that stands in for the things of a layer.
         shells: Shells = Shells::Auto, baked();
-        /// Side of a layer's texture, or of each face of its cube; 0: by what a view reads, from 64 to 1024, but 256 in
+        /// Side of a layer's texture, or of each face of its cube; 0: by what a view reads, from 64 to 512, but 256 in
         /// bakes and where textures are inferred.
         size: u32 = 0, one_of(&[0, 8, 16, 32, 64, 128, 256, 512, 1024]), unit("texels"), baked();
         /// Rays a texel, or a pixel of the pictures that textures are inferred from.

@@ -204,7 +204,7 @@ fn bakes_of_any_bytes_give_pictures_of_numbers() {
 fn textures_are_as_large_as_a_view_reads_them() {
     let scene = scene("sphere_room?tess=16");
     let quality = Quality { samples: 1, order: 1 };
-    let fine = "capture_samples = 1\nlayers = 1";
+    let fine = "capture_samples = 1";
     let [small, large] = [[32, 24], [256, 192]].map(|[width, height]| scene.default_view(width, height));
     let mut chosen = session(ID, fine, &scene, quality);
     let [first, second, again] = [&small, &large, &small].map(|view| chosen.draw(view).expect("it is drawn"));
@@ -218,5 +218,5 @@ fn textures_are_as_large_as_a_view_reads_them() {
     assert!(given(texels[1]).pixels == second.picture.pixels, "{texels:?}");
     let truth = draw("reference", "paths = 'two_path'", &scene, &large, quality).picture;
     let error = |found: &Framebuffer| reflector_error(found, &truth, &scene, &large).flip_mean;
-    assert!(error(&second.picture) < 0.9 * error(&given(64)), "{texels:?}");
+    assert!(error(&second.picture) < 0.95 * error(&given(64)), "{texels:?}");
 }

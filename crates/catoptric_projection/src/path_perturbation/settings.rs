@@ -45,7 +45,8 @@ declare_choices! {
     pub enum Preset {
         /// Samples in reach, paths made exact by the solver.
         Balanced = "balanced",
-        /// As in the paper: a sample every 16 pixels, the nearest rays, expanded to second order however far that leads.
+        /// As in the paper: a sample every 16 pixels, the nearest rays, expanded to second order however far that
+        /// leads.
         Faithful = "faithful",
     }
 }
