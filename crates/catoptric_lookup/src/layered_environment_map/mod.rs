@@ -39,6 +39,7 @@ use layer_numbers::LayerNumbers;
 use lookup::LensShader;
 use mesh::{AdaptiveMesh, Criteria, NO_LEAF};
 use shells::layer_geometry::LayerGeometry;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
@@ -295,10 +296,9 @@ impl LayeredMaps {
         // Textures are smaller about many groups.
         settings.size =
             if self.report.fallbacks.contains_key("groups_with_smaller_layers") { halved(size) } else { size };
-        if !projected.contains_key(&settings.size) {
+        if let Entry::Vacant(place) = projected.entry(settings.size) {
             known.check_memory(settings, 1)?;
-            let layers = known.projected(settings, scene, progress)?;
-            projected.insert(settings.size, layers);
+            place.insert(known.projected(settings, scene, progress)?);
             report.stages_ms.push(("capture", watch.lap_ms()));
         }
         report.counts.insert("layer_texels", u64::from(settings.size));

@@ -99,7 +99,7 @@ impl SteadySource for MorphProjector<'_> {
                 None => Steadiness::Unsteady(Vec::new()),
             },
             all => {
-                let mean = |seen| Some(self.from_middle(at, &seen)?.1);
+                let mean = |seen| Some(self.seen_from_middle(at, &seen)?.1);
                 Steadiness::Unsteady(all.iter().filter_map(known).filter_map(mean).collect())
             }
         }
@@ -118,7 +118,7 @@ impl SteadySource for MorphProjector<'_> {
     }
 
     fn steadiness_of(&self, at: &SteadyPath<'_>, seen: &NodeSightings) -> Steadiness {
-        match self.from_middle(at, seen) {
+        match self.seen_from_middle(at, seen) {
             Some((form, mean)) if seen.at.iter().zip(at.nodes).all(is_above) => Steadiness::Shown(form, mean),
             mean => Steadiness::Unsteady(mean.into_iter().map(|(_, mean)| mean).collect()),
         }
@@ -147,7 +147,7 @@ fn known_once(found: &[Sightings]) -> Option<NodeSightings> {
 
 impl MorphProjector<'_> {
     /// An appearance that all nodes know of, as a polynomial, and from the middle; `None` if it is not seen from there.
-    fn from_middle(
+    fn seen_from_middle(
         &self,
         at: &SteadyPath<'_>,
         seen: &NodeSightings,
