@@ -59,6 +59,42 @@ pub(crate) struct Counts {
     pub(crate) fallbacks: BTreeMap<String, u64>,
 }
 
+/// The shares of the reflectors' pixels in the last frame, by what has drawn them.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(crate) struct DrawnBy {
+    /// The method's own geometry.
+    pub(crate) method: f64,
+    /// Tiles, which are the method `multiperspective`.
+    pub(crate) tiles: f64,
+    /// Rays, one by one.
+    pub(crate) rays: f64,
+}
+
+impl DrawnBy {
+    /// By a run's counts; `None` where nothing was counted, or no reflector is seen.
+    fn of(counts: &BTreeMap<String, u64>) -> Option<Self> {
+        let count = |by: &str| counts.get(&format!("reflector_pixels{by}")).map(|count| *count as f64);
+        let all = count("").filter(|all| *all > 0.0)?;
+        Some(Self {
+            method: count("_by_method")? / all,
+            tiles: count("_by_tiles")? / all,
+            rays: count("_by_rays")? / all,
+        })
+    }
+
+    /// In words, those that have drawn anything: `own 93 %, tiles 5 %, rays 2 %`.
+    pub(crate) fn words(&self) -> String {
+        let percent = |share: f64| match share * 100.0 {
+            share if share < 1.0 => "< 1 %".to_owned(),
+            share if share > 99.0 && share < 100.0 => "> 99 %".to_owned(),
+            share => format!("{share:.0} %"),
+        };
+        let parts = [("own", self.method), ("tiles", self.tiles), ("rays", self.rays)];
+        let shown = parts.iter().filter(|(_, share)| *share > 0.0);
+        shown.map(|(name, share)| format!("{name} {}", percent(*share))).collect::<Vec<_>>().join(", ")
+    }
+}
+
 /// A run of one method.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct Stats {
@@ -80,6 +116,9 @@ pub(crate) struct Stats {
     /// Times of the first frame alone, which makes what later frames keep.
     pub(crate) first_stages_ms: Times,
     pub(crate) counts: Counts,
+    /// What has drawn reflectors and lenses, of methods that count it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) drawn_by: Option<DrawnBy>,
     pub(crate) bytes: BTreeMap<String, u64>,
     pub(crate) warnings: Vec<String>,
     /// The way to draw each reflector, of methods that choose one.
@@ -108,7 +147,8 @@ pub(crate) struct ErrorReport {
     pub(crate) image: Option<PictureError>,
     /// The error over the pixels that show a reflector or lens; null if there are none.
     pub(crate) reflector: Option<PictureError>,
-    /// The projection error in pixels; null for methods that do not project points.
+    /// The projection error in pixels, of paths that the method's own geometry has drawn; null for methods that do not
+    /// project points, and where tiles have drawn all paths.
     pub(crate) projection_px: Option<RoundTrip>,
 }
 
@@ -138,6 +178,7 @@ impl Stats {
             frame_ms: FrameTimes::new(&drawing.frame_ms),
             stages_ms: Times(drawing.stages_ms.iter().map(|(name, times)| (name.clone(), median(times))).collect()),
             first_stages_ms: Times(drawing.first_stages_ms.clone()),
+            drawn_by: DrawnBy::of(&named),
             counts: Counts { named, fallbacks: owned(&drawing.fallbacks) },
             bytes: owned(&drawing.bytes),
             warnings: shot.model.warnings.iter().chain(&drawing.warnings).cloned().collect(),
@@ -145,6 +186,12 @@ impl Stats {
             error_px: drawing.error_px,
             noise: drawing.noise,
         }
+    }
+
+    /// The share of the reflectors' pixels that tiles have drawn in the method's place.
+    pub(crate) fn share_left_to_tiles(&self) -> f64 {
+        let are_left = self.counts.fallbacks.contains_key("paths_drawn_by_tiles");
+        self.drawn_by.filter(|_| are_left).map_or(0.0, |drawn_by| drawn_by.tiles)
     }
 
     /// What was chosen for how many reflectors, and why; `None` for methods that choose nothing.
@@ -194,6 +241,18 @@ mod tests {
         assert_eq!(median(&[3.0]), 3.0);
         assert_eq!(median(&[5.0, 1.0, 3.0]), 3.0);
         assert_eq!(median(&[4.0, 1.0, 3.0, 100.0]), 3.5);
+    }
+
+    #[test]
+    fn who_has_drawn_is_said_in_shares() {
+        let counted = |counts: [u64; 4]| {
+            let names = ["", "_by_method", "_by_tiles", "_by_rays"].map(|by| format!("reflector_pixels{by}"));
+            DrawnBy::of(&names.into_iter().zip(counts).collect()).map(|drawn_by| drawn_by.words())
+        };
+        assert_eq!(counted([200, 186, 10, 4]).as_deref(), Some("own 93 %, tiles 5 %, rays 2 %"));
+        assert_eq!(counted([1000, 999, 0, 1]).as_deref(), Some("own > 99 %, rays < 1 %"));
+        assert_eq!(counted([7, 7, 0, 0]).as_deref(), Some("own 100 %"));
+        assert_eq!((counted([0; 4]), DrawnBy::of(&BTreeMap::new())), (None, None));
     }
 
     #[test]

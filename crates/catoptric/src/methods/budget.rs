@@ -8,7 +8,7 @@ use catoptric_core::progress::{Cancelled, Progress};
 use catoptric_core::scene::{Scene, View};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::method::path_query::PathSearch;
-use catoptric_engine::method::projector::VertexProjector;
+use catoptric_engine::method::projector::{PathBeginnings, VertexProjector};
 use catoptric_engine::raster::SAMPLE_COUNTS;
 use glam::DVec3;
 use std::sync::Arc;
@@ -151,6 +151,10 @@ impl Frame for BudgetFrame<'_> {
         let budget_ms = self.budget_ms;
         report.warnings.push(format!("the frame was not done within {budget_ms} ms: `auto` has drawn it"));
         Ok(report)
+    }
+
+    fn paths_left(&self, progress: &dyn Progress) -> Result<PathBeginnings, RenderError> {
+        self.frame.as_ref().map_or_else(|| Ok(PathBeginnings::default()), |frame| frame.paths_left(progress))
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {

@@ -15,7 +15,9 @@ use crate::stats::{ErrorReport, Stats};
 use crate::terminal::Terminal;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
-use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
+use catoptric::methods::projection::measure::round_trip::{
+    RoundTrip, RoundTripError, RoundTripOptions, round_trip_without,
+};
 use catoptric::methods::{self, Quality};
 use catoptric::metrics::{Comparison, heat_map_rgb8};
 use catoptric::output::{self, NewFolders, TemporaryFolder};
@@ -156,7 +158,8 @@ fn measure(
     Ok(Measured { stats, error, picture: picture_name, flip })
 }
 
-/// The method's projection error in pixels, by round trips; returns `None` if it projects no points.
+/// The method's projection error in pixels, by round trips on the paths that its own geometry has drawn; returns `None`
+/// if it projects no points, and if something else has drawn all paths that are seen.
 fn projection_error(
     quality: Quality,
     drawing: &mut Drawing,
@@ -167,7 +170,9 @@ fn projection_error(
     let frame = prepared.frame(view, terminal)?;
     let Some(projector) = frame.projector() else { return Ok(None) };
     let options = RoundTripOptions { order: quality.order, every };
-    Ok(Some(round_trip(scene, view, projector.as_ref(), options, terminal)?))
+    let left = frame.paths_left(terminal)?;
+    let found = round_trip_without(scene, view, (projector.as_ref(), &left), options, terminal)?;
+    Ok(Some(found).filter(|found| left.is_empty() || found.all.count > 0))
 }
 
 fn write_pictures(
@@ -241,6 +246,7 @@ fn summary(args: &CompareArgs, report: &Report) -> String {
     let header = [
         "method",
         "FLIP reflectors",
+        "drawn by",
         "FLIP picture",
         "RMSE picture",
         "px p50",
@@ -256,14 +262,15 @@ fn summary(args: &CompareArgs, report: &Report) -> String {
         };
         let projection = measured.error.projection_px.as_ref().map(|error| error.all);
         let pixels = |part: fn(&RoundTripError) -> Option<f64>| {
-            projection.as_ref().and_then(part).map_or("none".into(), |error| format!("{error:.4}"))
+            projection.as_ref().and_then(part).map_or("–".into(), |error| format!("{error:.4}"))
         };
         let share = |part: fn(&RoundTripError) -> f64| {
-            projection.as_ref().map(part).map_or("none".into(), |share| format!("{:.2} %", share * 100.0))
+            projection.as_ref().map(part).map_or("–".into(), |share| format!("{:.2} %", share * 100.0))
         };
         rows.push(vec![
             entry.label.clone(),
             flip(&measured.error.reflector),
+            measured.stats.drawn_by.map_or("–".into(), |drawn_by| drawn_by.words()),
             flip(&measured.error.image),
             measured.error.image.map_or("none".into(), |error| format!("{:.5}", error.rmse)),
             pixels(|error| error.p50),
@@ -273,7 +280,8 @@ fn summary(args: &CompareArgs, report: &Report) -> String {
             format!("{:.1}", measured.stats.frame_ms.median),
         ]);
     }
-    format!("{}{}\n", columns(&rows), args.report.join("report.html").display())
+    let remark = if report.any_left_to_tiles() { format!("{}\n", report::PROJECTION_REMARK) } else { String::new() };
+    format!("{}{remark}{}\n", columns(&rows), args.report.join("report.html").display())
 }
 
 #[cfg(test)]

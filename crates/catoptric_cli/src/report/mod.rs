@@ -11,6 +11,10 @@ use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
 
+/// What of a method's projections is measured, where tiles have drawn some paths in its place.
+pub(crate) const PROJECTION_REMARK: &str = "px, missing and invented are of the paths that the method's own geometry \
+    has drawn; – where it has drawn none";
+
 /// The contents of the report.
 pub(crate) struct Report {
     /// The command that made it.
@@ -57,6 +61,11 @@ impl Measured {
 }
 
 impl Report {
+    /// True if tiles have drawn paths in the place of any method.
+    pub(crate) fn any_left_to_tiles(&self) -> bool {
+        self.measured().any(|(_, measured)| measured.stats.share_left_to_tiles() > 0.0)
+    }
+
     /// The methods that drew the scene.
     pub(crate) fn measured(&self) -> impl Iterator<Item = (&Entry, &Measured)> {
         self.entries.iter().filter_map(|entry| match &entry.outcome {
@@ -167,6 +176,7 @@ mod tests {
             stages_ms: Times::default(),
             first_stages_ms: Times::default(),
             counts: Counts { named: [("rays".into(), 5)].into(), fallbacks: [("given_up".into(), 1234)].into() },
+            drawn_by: None,
             bytes: Default::default(),
             warnings: vec!["something is <odd>".into()],
             choices: Vec::new(),

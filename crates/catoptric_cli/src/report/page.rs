@@ -12,6 +12,8 @@ const SCRIPT: &str = include_str!("script.js");
 /// A column of the table: its heading, its value, how it is written.
 type Column = (&'static str, fn(&Measured) -> Option<f64>, fn(f64) -> String);
 
+/// The group of columns that has one more: what has drawn them.
+const REFLECTORS: &str = "Reflectors";
 const REFLECTOR_COLUMNS: [Column; 4] = [
     ("FLIP mean", |m| m.error.reflector.map(|e| e.flip_mean), four_digits),
     ("FLIP p99", |m| m.error.reflector.map(|e| e.flip_p99), four_digits),
@@ -63,6 +65,13 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                         in a mirror or "
                         "through glass; missing is the share of points that it does not find, invented that of answers "
                         "where the point does not appear. "
+                        "Drawn by: the shares of the reflectors' pixels by what has drawn them: the method's own \
+                        geometry, tiles (the method multiperspective), or rays, one by one; a pixel of which tiles \
+                        have drawn any part counts as theirs. "
+                        @if report.any_left_to_tiles() {
+                            "Projection is measured on the paths that the method's own geometry has drawn, and on none \
+                            where it has drawn none. "
+                        }
                         "A frame is the median of the frames after the first; the first, a circle in the plot, makes "
                         "what later ones keep. "
                         "Reflectors are the pixels whose first surface is a reflector or a lens. A star marks the best \
@@ -108,11 +117,13 @@ fn facts(report: &Report) -> Markup {
 fn table(report: &Report) -> Markup {
     // Times first: they are what narrow windows show beside the names.
     let mut groups: Vec<(&str, &[Column])> =
-        vec![("Time, ms", &TIME_COLUMNS), ("Reflectors", &REFLECTOR_COLUMNS), ("Whole picture", &PICTURE_COLUMNS)];
+        vec![("Time, ms", &TIME_COLUMNS), (REFLECTORS, &REFLECTOR_COLUMNS), ("Whole picture", &PICTURE_COLUMNS)];
     if report.measured().any(|(_, measured)| measured.error.projection_px.is_some()) {
         groups.push(("Projection, pixels", &PROJECTION_COLUMNS));
     }
-    let width: usize = groups.iter().map(|(_, columns)| columns.len()).sum();
+    let is_counted = report.measured().any(|(_, measured)| measured.stats.drawn_by.is_some());
+    let has_words = |name: &str| is_counted && name == REFLECTORS;
+    let width = groups.iter().map(|(_, columns)| columns.len()).sum::<usize>() + usize::from(is_counted);
     let reference_ms = report.truth.frame_ms.median;
     html! {
         table {
@@ -120,13 +131,16 @@ fn table(report: &Report) -> Markup {
                 tr {
                     th {}
                     th.group {}
-                    @for (name, columns) in &groups { th.group colspan=(columns.len()) { (name) } }
+                    @for (name, columns) in &groups {
+                        th.group colspan=(columns.len() + usize::from(has_words(name))) { (name) }
+                    }
                 }
                 tr {
                     th { "Method" }
                     th.group { "Speed-up, first / later" }
-                    @for (_, columns) in &groups {
+                    @for (name, columns) in &groups {
                         @for (index, column) in columns.iter().enumerate() { th.group[index == 0] { (column.0) } }
+                        @if has_words(name) { th { "drawn by" } }
                     }
                 }
             }
@@ -137,16 +151,20 @@ fn table(report: &Report) -> Markup {
                         @match &entry.outcome {
                             Outcome::Measured(measured) => {
                                 td.group { (speedup(reference_ms, measured)) }
-                                @for (_, columns) in &groups {
+                                @for (name, columns) in &groups {
                                     @for (index, column) in columns.iter().enumerate() {
                                         td.group[index == 0].best[is_best(report, entry, column)] {
                                             (column.1(measured).map_or("–".into(), column.2))
                                         }
                                     }
+                                    @if has_words(name) {
+                                        td { (measured.stats.drawn_by.map_or("–".into(), |by| by.words())) }
+                                    }
                                 }
                             }
-                            Outcome::Failed(_) => { td colspan=(width + 1) style="text-align:left" { "could not draw \
-                                this scene, see below" } }
+                            Outcome::Failed(_) => { td colspan=(width + 1) style="text-align:left" {
+                                "could not draw this scene, see below"
+                            } }
                         }
                     }
                 }
@@ -195,6 +213,13 @@ fn card(index: usize, entry: &Entry) -> Markup {
                         (slider(entry, measured))
                         @if let Some(flip) = &measured.flip { (heat_map(entry, measured, flip)) }
                     }
+                    @if is_by_tiles(measured) {
+                        p.note {
+                            "Over half of the reflectors is drawn by tiles (the method multiperspective), not by this \
+                            method: "
+                            (measured.stats.drawn_by.map_or_else(String::new, |by| by.words()))
+                        }
+                    }
                     @if let Some(chosen) = measured.stats.chosen() { p.note { "reflectors: " (chosen) } }
                     @if let Some(noise) = measured.stats.noise {
                         p.note { "standard error of a pixel by sampling: " (format!("{noise:.4}")) }
@@ -211,13 +236,18 @@ fn card(index: usize, entry: &Entry) -> Markup {
     }
 }
 
+/// True if tiles have drawn over half of the reflectors' pixels in the method's place.
+fn is_by_tiles(measured: &Measured) -> bool {
+    measured.stats.share_left_to_tiles() > 0.5
+}
+
 fn slider(entry: &Entry, measured: &Measured) -> Markup {
     html! {
         figure {
             div.frame.slider {
                 img src="reference.png" alt="The reference";
                 img.over src=(measured.picture) alt={ "Drawn by " (entry.label) };
-                span.tag.left { (entry.label) }
+                span.tag.left { (entry.label) @if is_by_tiles(measured) { ", mostly by tiles" } }
                 span.tag.right { "reference" }
                 input type="range" min="0" max="100" step="0.5" value="50"
                     aria-label={ "How much of the picture " (entry.label) " shows, the reference shows the rest" };

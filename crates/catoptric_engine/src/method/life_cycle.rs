@@ -4,7 +4,7 @@ use crate::error::RenderError;
 use crate::method::overlay::{Overlay, OverlayKind};
 use crate::method::path_lists::PathLists;
 use crate::method::path_query::PathSearch;
-use crate::method::projector::VertexProjector;
+use crate::method::projector::{PathBeginnings, VertexProjector};
 use crate::method::{Quality, Report, SettingInfo, bake, limits};
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::Progress;
@@ -195,6 +195,16 @@ pub trait Frame: Send + Sync {
     fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
         let _ = (kind, progress);
         Ok(None)
+    }
+
+    /// The paths that the picture leaves to something else than the method's own geometry, as tiles: none for methods
+    /// that draw all themselves. With the picture's geometry, which is made if it is not there.
+    ///
+    /// # Errors
+    /// [`RenderError::Cancelled`].
+    fn paths_left(&self, progress: &dyn Progress) -> Result<PathBeginnings, RenderError> {
+        let _ = progress;
+        Ok(PathBeginnings::default())
     }
 
     /// Projects scene points to where they appear; `None` for methods that do not project points.

@@ -5,6 +5,7 @@ use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::raster::BlockMask;
 use catoptric_core::scene::Scene;
 use glam::{Vec2, Vec3};
+use std::collections::BTreeSet;
 
 pub use crate::optics::path::specular_solver::MAX_BOUNCES;
 
@@ -36,6 +37,51 @@ impl SpecularPath {
     /// True if any bounce passes through a surface.
     pub fn transmits(&self) -> bool {
         self.bounces.iter().any(|bounce| bounce.kind == BounceKind::Transmit)
+    }
+}
+
+/// The place where a path goes on: the bounces before its last one, and the object of that. At a lens it holds for both
+/// of its paths.
+pub type PathBeginning = (Vec<Bounce>, u32);
+
+/// Beginnings of paths: whatever goes on from one of them is meant, too.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PathBeginnings {
+    places: BTreeSet<PathBeginning>,
+}
+
+impl PathBeginnings {
+    /// That of a path; returns `None` if it has no bounce.
+    pub fn of(path: &SpecularPath) -> Option<PathBeginning> {
+        let (last, before) = path.bounces.split_last()?;
+        Some((before.to_vec(), last.object))
+    }
+
+    /// Adds one.
+    pub fn add(&mut self, beginning: PathBeginning) {
+        self.places.insert(beginning);
+    }
+
+    /// Returns true if a path goes on from one of them, or is one.
+    pub fn hold(&self, path: &SpecularPath) -> bool {
+        let bounces = &path.bounces;
+        let begins = |length: usize| self.places.contains(&(bounces[..length].to_vec(), bounces[length].object));
+        !self.places.is_empty() && (0..bounces.len()).any(begins)
+    }
+
+    /// All of them, in order.
+    pub fn iter(&self) -> impl Iterator<Item = &PathBeginning> {
+        self.places.iter()
+    }
+
+    /// Their number.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Returns true if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
     }
 }
 

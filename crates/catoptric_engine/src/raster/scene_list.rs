@@ -138,6 +138,11 @@ pub trait LookShader: Sync {
         let _ = (fragments, colors);
     }
 
+    /// Receives every batch before its fragments are looked at: for counting.
+    fn begin_batch(&self, batch: &FragmentBatch<'_>) {
+        let _ = batch;
+    }
+
     /// The eye's rays, if diffuse surfaces that are seen directly look like what they scatter along them, and need not
     /// be looked at one by one.
     fn eye(&self) -> Option<&ViewRays> {
@@ -167,6 +172,7 @@ impl<S: LookShader> FragmentShader for S {
     ))
 )]
 fn shade_batch<S: LookShader>(shader: &S, batch: &FragmentBatch<'_>, colors: &mut [Vec3]) {
+    shader.begin_batch(batch);
     let mut followed = Vec::new();
     shade_looks(shader.scene(), shader.eye(), batch, colors, |index, fragment| {
         if shader.is_followed(fragment) {

@@ -121,7 +121,7 @@ pub(super) fn lists_of_paths(
 
 /// The lists of a view's geometry without that of what is seen directly.
 pub(super) fn path_lists(job: &Job<'_>, found: VirtualGeometry) -> PathLists {
-    let has_rest = found.paths_left > 0;
+    let has_rest = !found.paths_left.is_empty();
     let ends = if has_rest { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
     let specular = job.scene.specular_objects();
     // Any of them may be seen.

@@ -11,6 +11,7 @@
 //! A path that entered a lens meets that lens's exit surface next, from inside. Nothing marks which of a lens's
 //! triangles are exits: at the end of a path that entered, the nearest is one, and hides those beyond it.
 
+mod drawn_by;
 pub(super) mod far_maps;
 pub(super) mod flat_mirrors;
 mod followed;
@@ -29,14 +30,15 @@ pub(super) mod work_limit;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::scene::PicturePoint;
 use catoptric_engine::error::RenderError;
-use catoptric_engine::method::Job;
 use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
+use catoptric_engine::method::{Job, Report};
 use catoptric_engine::raster::{self, BlockMask, DrawTriangle, RasterReport};
 use far_maps::FarMaps;
 use glam::Vec2;
 use lists::EndsOfPaths;
 
+pub(crate) use drawn_by::PixelsByOthers;
 pub(crate) use path_shader::PathShader;
 use path_shader::meet_known_surface;
 
@@ -90,15 +92,18 @@ pub fn draw_paths(
 }
 
 /// As [`draw_paths`]; reflectors that have environment maps look these up, and no path goes on at them. Maps of far
-/// objects are seen behind paths. With the number of fragments whose paths end at the highest order.
+/// objects are seen behind paths. With what the shader has counted.
 pub(crate) fn draw_paths_with(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,
     maps: MapsInView<'_>,
     target: &mut Framebuffer,
-) -> Result<(RasterReport, u64), RenderError> {
+) -> Result<(RasterReport, Report), RenderError> {
     let lists = lists::draw_lists(job, paths, maps.whole, EndsOfPaths::Environment);
     let shader = PathShader::new(job.scene, job.view, job.quality.samples).with_maps(maps, job.quality.order);
-    let report = raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)?;
-    Ok((report, shader.ended_count()))
+    let drawn = raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)?;
+    let mut report = Report::default();
+    report.add_raster(&drawn);
+    shader.describe(PixelsByOthers::default(), &mut report);
+    Ok((drawn, report))
 }

@@ -1,6 +1,7 @@
 //! Colours of what is seen directly and at the ends of specular paths.
 
 use super::MapsInView;
+use super::drawn_by::{PixelsByOthers, ReflectorPixels};
 use super::lobe_lights::LobeLights;
 use super::mesh_neighbours::MeshNeighbours;
 use super::rough::RoughReflections;
@@ -8,10 +9,11 @@ use catoptric_core::scene::shade::SurfacePoint;
 use catoptric_core::scene::{Environment, Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
 use catoptric_engine::light::reflector_shader::ReflectorShader;
 use catoptric_engine::light::tracer::Tracer;
+use catoptric_engine::method::Report;
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
 use catoptric_engine::optics::path::bundle::BounceKind;
 use catoptric_engine::optics::step::{Deferred, LightStep, crossed_medium, medium_after, transmittance};
-use catoptric_engine::raster::{Fragment, LayerSurface, LookShader, ShadingRequest};
+use catoptric_engine::raster::{Fragment, FragmentBatch, LayerSurface, LookShader, ShadingRequest};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -152,6 +154,7 @@ pub(crate) struct PathShader<'a> {
     pub(super) lobe_lights: Option<&'a LobeLights>,
     /// Paths that ended at the highest order.
     ended: AtomicU64,
+    reflector_pixels: ReflectorPixels,
 }
 
 impl<'a> PathShader<'a> {
@@ -169,6 +172,7 @@ impl<'a> PathShader<'a> {
             lobes: None,
             lobe_lights: None,
             ended: AtomicU64::new(0),
+            reflector_pixels: ReflectorPixels::default(),
         }
     }
 
@@ -202,10 +206,12 @@ impl<'a> PathShader<'a> {
         Self { lobe_lights, ..self }
     }
 
-    /// The number of paths so far that ended at the highest order while they carried light that is seen: one a fragment
-    /// at reflectors, one a ray beyond surfaces with lobes.
-    pub(crate) fn ended_count(&self) -> u64 {
-        self.ended.load(Ordering::Relaxed)
+    /// Adds to a picture's report the number of paths that ended at the highest order while they carried light that is
+    /// seen (one a fragment at reflectors, one a ray beyond surfaces with lobes), and of the pixels of reflectors by
+    /// what has drawn them.
+    pub(crate) fn describe(&self, by_others: PixelsByOthers, report: &mut Report) {
+        report.counts.insert("paths_ended", self.ended.load(Ordering::Relaxed));
+        self.reflector_pixels.describe(by_others, report);
     }
 
     pub(super) fn note_ended(&self, count: u64) {
@@ -220,6 +226,13 @@ impl<'a> PathShader<'a> {
     fn follows_lens(&self, material: &Material, surface: &LayerSurface, bounce: usize) -> bool {
         let goes_on = || self.lobes.is_some_and(|(_, order)| order > bounce as u32);
         material.role == Role::Lens && surface.group == 0 && goes_on()
+    }
+
+    /// Returns true if the rays of a whole pixel follow the lens at the end of a fragment's chain.
+    fn is_lens_followed(&self, fragment: &Fragment<'_>) -> bool {
+        let Some(last) = fragment.chain.last() else { return false };
+        let material = self.scene.material_of(self.scene.triangle_objects[last.source as usize]);
+        last.barycentrics.samples == self.samples && self.follows_lens(material, last, fragment.chain.len() - 1)
     }
 
     /// The appearance of a fragment whose path ends on a diffuse surface, or on a lens that rays follow, after some
@@ -601,6 +614,11 @@ impl LookShader for PathShader<'_> {
         let material = self.scene.material_of(self.scene.triangle_objects[surface.source as usize]);
         let has_lobes = || material.role == Role::Diffuse && material.lobes().is_some();
         self.lobes.is_some() && (has_lobes() || self.follows_lens(material, surface, 0))
+    }
+
+    fn begin_batch(&self, batch: &FragmentBatch<'_>) {
+        self.reflector_pixels
+            .add(self.scene, batch, |fragment| self.lobes.is_some() && self.is_lens_followed(fragment));
     }
 
     fn follow_together(&self, fragments: &mut [(u32, Fragment<'_>)], colors: &mut [Vec3]) {

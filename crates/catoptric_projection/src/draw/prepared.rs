@@ -16,7 +16,7 @@ use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::path_lists::PathLists;
-use catoptric_engine::method::projector::{SpecularPath, VertexProjector};
+use catoptric_engine::method::projector::{PathBeginnings, SpecularPath, VertexProjector};
 use catoptric_engine::method::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
@@ -450,6 +450,15 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         let whole = method.work_limit().beyond == BeyondWork::Tiles;
         let found = virtual_scene.geometry(&job, &meshes, (work.meshes, whole), maps)?;
         Ok(Some(path_lists(&job, found)))
+    }
+
+    fn paths_left(&self, progress: &dyn Progress) -> Result<PathBeginnings, RenderError> {
+        let Self { method, scene, quality, virtual_scene, last: LastView { view, data, .. }, work, .. } = *self;
+        let job = Job { scene, view, quality, progress };
+        let projector = &self.projector_of_view();
+        let whole = method.work_limit().beyond == BeyondWork::Tiles;
+        let found = virtual_scene.geometry(&job, &self.meshes(projector), (work.meshes, whole), method.maps(data))?;
+        Ok(found.paths_left)
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {

@@ -12,12 +12,14 @@ use catoptric_core::scene::shade::SurfacePoint;
 use catoptric_core::scene::{Material, Ray, Role, Scene, View};
 use catoptric_engine::light::path_tracer::{MIN_THROUGHPUT, NearPlane};
 use catoptric_engine::light::tracer::Tracer;
-use catoptric_engine::method::projector::{MAX_BOUNCES, Projection, Projections, SpecularPath, VertexProjector};
+use catoptric_engine::method::projector::{
+    MAX_BOUNCES, PathBeginnings, Projection, Projections, SpecularPath, VertexProjector,
+};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::step::LightStep;
 use glam::{Vec2, Vec3};
 use serde::Serialize;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// View rays that are sent on a round trip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,12 +118,7 @@ impl RoundTripError {
     }
 }
 
-/// Measures a projector for this scene and view.
-///
-/// Rays through pixel centres split at lenses and are followed as the reference follows them, with all branches that
-/// carry light; each end on a diffuse surface (a coated one included) after at least one bounce is a round trip. The
-/// scene points are those of the single-precision ray tracer: errors of its rounding, about 1e-3 pixels, are
-/// included. Results do not depend on the number of threads.
+/// Measures a projector for this scene and view, on all paths.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -132,8 +129,27 @@ pub fn round_trip(
     options: RoundTripOptions,
     progress: &dyn Progress,
 ) -> Result<RoundTrip, Cancelled> {
+    round_trip_without(scene, view, (projector, &PathBeginnings::default()), options, progress)
+}
+
+/// Measures a projector for this scene and view, but for paths that are left to something else.
+///
+/// Rays through pixel centres split at lenses and are followed as the reference follows them, with all branches that
+/// carry light; each end on a diffuse surface (a coated one included) after at least one bounce is a round trip. The
+/// scene points are those of the single-precision ray tracer: errors of its rounding, about 1e-3 pixels, are
+/// included. Results do not depend on the number of threads.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn round_trip_without(
+    scene: &Scene,
+    view: &View,
+    (projector, left): (&dyn VertexProjector, &PathBeginnings),
+    options: RoundTripOptions,
+    progress: &dyn Progress,
+) -> Result<RoundTrip, Cancelled> {
     let tracer = Tracer::build(scene, |_| true);
-    let tree = ViewRayTree::new(projector.paths());
+    let tree = ViewRayTree::new(projector.paths(), left);
     let every = options.every.max(1);
     // The middle pixel of every square of pixels.
     let places = |length: u32| (every.min(length) / 2..length).step_by(every as usize);
@@ -174,26 +190,39 @@ struct ViewRayTree {
     /// The path that ends at each node; the root is the view itself.
     paths: Vec<Option<u32>>,
     children: HashMap<(u32, Bounce), u32>,
+    /// Nodes of paths from which on all are left to something else.
+    left: HashSet<u32>,
 }
 
 impl ViewRayTree {
-    fn new(paths: &[SpecularPath]) -> Self {
-        let mut tree = Self { paths: vec![None], children: HashMap::new() };
+    fn new(paths: &[SpecularPath], left: &PathBeginnings) -> Self {
+        let mut tree = Self { paths: vec![None], children: HashMap::new(), left: HashSet::new() };
         for (index, path) in paths.iter().enumerate() {
-            let mut node = 0;
-            for bounce in &path.bounces {
-                let nodes = &mut tree.paths;
-                node = *tree.children.entry((node, *bounce)).or_insert_with(|| {
-                    nodes.push(None);
-                    nodes.len() as u32 - 1
-                });
-            }
+            let node = tree.node(&path.bounces);
             tree.paths[node as usize] = Some(index as u32);
+        }
+        for (before, object) in left.iter() {
+            for kind in [BounceKind::Reflect, BounceKind::Transmit] {
+                let bounces: Vec<Bounce> = before.iter().copied().chain([Bounce { object: *object, kind }]).collect();
+                let node = tree.node(&bounces);
+                tree.left.insert(node);
+            }
         }
         tree
     }
 
-    /// The node of a path that goes on; returns `None` if the projector has no such path.
+    /// The node of a path, made where there is none.
+    fn node(&mut self, bounces: &[Bounce]) -> u32 {
+        let Self { paths, children, .. } = self;
+        bounces.iter().fold(0, |node, bounce| {
+            *children.entry((node, *bounce)).or_insert_with(|| {
+                paths.push(None);
+                paths.len() as u32 - 1
+            })
+        })
+    }
+
+    /// The node of a path that goes on; returns `None` if there is no such path.
     fn child(&self, node: Option<u32>, bounce: Bounce) -> Option<u32> {
         self.children.get(&(node?, bounce)).copied()
     }
@@ -276,6 +305,9 @@ impl Walk<'_> {
             {
                 let ray = Ray { origin: self.tracer.departure(point, direction), direction };
                 let node = self.tree.child(segment.node, Bounce { object: point.object, kind });
+                if node.is_some_and(|node| self.tree.left.contains(&node)) {
+                    continue;
+                }
                 self.waiting.push(TripSegment { ray, near: 0.0, throughput, order: segment.order + 1, node });
             }
         }

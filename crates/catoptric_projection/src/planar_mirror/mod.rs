@@ -12,9 +12,9 @@ mod settings;
 pub use flat::{FlatMirrors, MirrorView};
 pub use settings::PlanarMirrorSettings;
 
-use crate::draw::PathShader;
 use crate::draw::flat_mirrors::{MirrorPath, MirroredScenes, Mirrors, OtherReflectors, visible_paths};
 use crate::draw::overlays::{self, ShownPixels};
+use crate::draw::{PathShader, PixelsByOthers};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::parallel;
@@ -24,7 +24,7 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::path_query::PathSearch;
-use catoptric_engine::method::projector::{MAX_BOUNCES, VertexProjector};
+use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginnings, VertexProjector};
 use catoptric_engine::method::{About, Family, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings, report};
 use catoptric_engine::raster::{self, DrawList};
 use glam::DVec3;
@@ -161,7 +161,7 @@ impl Frame for MirrorFrame<'_> {
         }
         let shader = PathShader::new(scene, &self.view, quality.samples);
         report.add_raster(&raster::draw(&self.view, quality.samples, &lists, &shader, target, progress)?);
-        report.counts.insert("paths_ended", shader.ended_count());
+        shader.describe(PixelsByOthers::default(), &mut report);
         Ok(report)
     }
 
@@ -172,7 +172,7 @@ impl Frame for MirrorFrame<'_> {
             raster::draw(view, 1, &lists, shader, target, progress).map(drop)
         })?;
         Ok(match kind {
-            OverlayKind::Paths => Some(overlays::paths(scene, &shown)),
+            OverlayKind::Paths => Some(overlays::paths(scene, &shown, &PathBeginnings::default())),
             OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
             OverlayKind::Tiles | OverlayKind::Leaves | OverlayKind::Layers => None,
         })

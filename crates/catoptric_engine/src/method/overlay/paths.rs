@@ -24,11 +24,16 @@ fn by_length(path: &SpecularPath) -> (usize, &[Bounce]) {
 /// Pixels by the path that they show, row by row; those without a bounce have no group. Groups of short paths come
 /// first.
 pub fn of_pixels(scene: &Scene, size: [u32; 2], pixels: &[&SpecularPath]) -> Overlay {
+    of_named(size, pixels, |path| name_of(scene, path))
+}
+
+/// The same with names that are given.
+pub fn of_named(size: [u32; 2], pixels: &[&SpecularPath], name: impl Fn(&SpecularPath) -> String) -> Overlay {
     let mut overlay = Overlay::new(OverlayKind::Paths, size);
     let paths: BTreeSet<(usize, &[Bounce])> = pixels.iter().map(|path| by_length(path)).collect();
     let group = |(length, bounces): (usize, &[Bounce])| match length {
         0 => 0,
-        _ => overlay.group(name_of(scene, &SpecularPath { bounces: bounces.to_vec() })),
+        _ => overlay.group(name(&SpecularPath { bounces: bounces.to_vec() })),
     };
     let groups: Vec<u16> = paths.iter().copied().map(group).collect();
     let group_of: BTreeMap<(usize, &[Bounce]), u16> = paths.into_iter().zip(groups).collect();

@@ -1,5 +1,6 @@
 //! Counts of what was done, by all threads.
 
+use super::super::PixelsByOthers;
 use catoptric_engine::method::Report;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
@@ -22,6 +23,9 @@ pub(super) struct Counts {
     pub(super) left_pixels: AtomicU64,
     /// Samples whose rays were traced.
     pub(super) traced: AtomicU64,
+    /// Pixels by what draws their paths, the innermost counting.
+    by_tiles: AtomicU64,
+    by_rays: AtomicU64,
     /// Bits of the largest error of a bundle that was accepted, in pixels: those of positive numbers are in order.
     worst_px: AtomicU32,
 }
@@ -29,6 +33,19 @@ pub(super) struct Counts {
 impl Counts {
     pub(super) fn add(counter: &AtomicU64, more: usize) {
         counter.fetch_add(more as u64, Ordering::Relaxed);
+    }
+
+    /// Counts pixels that are drawn by tiles or by rays, and those of them that had counted as drawn by rays before.
+    pub(super) fn add_pixels(&self, tiles: u32, rays: u32, no_longer_by_rays: u32) {
+        Self::add(&self.by_tiles, tiles as usize);
+        Self::add(&self.by_rays, rays as usize);
+        self.by_rays.fetch_sub(no_longer_by_rays.into(), Ordering::Relaxed);
+    }
+
+    /// The pixels that no list alone draws.
+    pub(super) fn pixels_by_others(&self) -> PixelsByOthers {
+        let [tiles, rays] = [&self.by_tiles, &self.by_rays].map(|count| count.load(Ordering::Relaxed));
+        PixelsByOthers { tiles, rays }
     }
 
     /// Counts a bundle that was accepted with an error.

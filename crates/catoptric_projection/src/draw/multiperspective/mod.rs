@@ -23,6 +23,7 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::light::wide_hierarchy::WideHierarchy;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
+use catoptric_engine::method::projector::PathBeginnings;
 use catoptric_engine::method::{Job, Quality, Report};
 use catoptric_engine::optics::path::manifold::MeshTopologies;
 use catoptric_engine::raster::{self, DrawList};
@@ -144,7 +145,7 @@ impl TiledScene {
         let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
         report.add_raster(&drawn);
         source.counts.describe(&mut report);
-        report.counts.insert("paths_ended", shader.ended_count());
+        shader.describe(source.counts.pixels_by_others(), &mut report);
         Ok(report)
     }
 
@@ -214,7 +215,7 @@ impl TiledScene {
         let maps = MapsInView::default();
         let shown = || self.shown(job, lists, model, maps);
         Ok(match kind {
-            OverlayKind::Paths => Some(overlays::paths(scene, &shown()?)),
+            OverlayKind::Paths => Some(overlays::paths(scene, &shown()?, &PathBeginnings::default())),
             OverlayKind::VirtualTriangles => {
                 Some(overlays::virtual_triangles(scene, view, lists, &shown()?, progress)?)
             }

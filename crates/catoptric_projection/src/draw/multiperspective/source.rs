@@ -9,6 +9,7 @@ use super::shapes::SceneShapes;
 use super::tile_log::{TileLog, TileWay};
 use super::tiles::follow::kind;
 use super::tiles::found::{FoundSurface, bend};
+use super::tiles::marks::PixelMarks;
 use super::tiles::own::OwnRule;
 use super::tiles::paths::{RootPaths, TilePaths};
 use super::tiles::square::PathWork;
@@ -16,7 +17,7 @@ use catoptric_core::scene::{Role, Scene, ViewRays};
 use catoptric_engine::light::wide_hierarchy::WideHierarchy;
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
 use catoptric_engine::optics::path::bundle::BounceKind;
-use catoptric_engine::raster::source::{LayerSource, ShownBySource, TileBelow};
+use catoptric_engine::raster::source::{EMPTY, LayerSource, ShownBySource, TileBelow};
 use catoptric_engine::raster::{LayerSurface, patch_of_triangle};
 use glam::{Vec2, Vec3};
 
@@ -63,6 +64,7 @@ pub(super) struct TileSurfaces {
     pub(super) paths: TilePaths,
     root: RootPaths,
     work: PathWork,
+    marks: PixelMarks,
 }
 
 /// A root tile.
@@ -99,6 +101,7 @@ impl LayerSource for Reflections<'_> {
     fn begin(&self, found: &mut TileSurfaces) {
         found.surfaces.clear();
         found.paths.clear();
+        found.marks.clear();
     }
 
     fn draw_layer(&self, tile: &TileBelow<'_>, found: &mut TileSurfaces, ids: &mut [u32]) -> ShownBySource {
@@ -106,7 +109,9 @@ impl LayerSource for Reflections<'_> {
         let refracts = kind == BounceKind::Transmit;
         let going = found.paths.label(self.scene, tile, &found.surfaces, refracts);
         let mut any = false;
-        if going.any {
+        // Rough mirrors are counted where lists go on, too.
+        let may_be_rough = tile.layer() == 1 && self.rough.is_some();
+        if going.any || may_be_rough {
             for row in (0..tile.extent[1]).step_by(ROOT) {
                 for column in (0..tile.extent[0]).step_by(ROOT) {
                     any |= self.draw_root(&Root { tile, column, row, kind }, found, ids);
@@ -140,7 +145,7 @@ impl LayerSource for Reflections<'_> {
 impl Reflections<'_> {
     /// Draws a root tile; true if anything shows.
     fn draw_root(&self, root: &Root<'_, '_>, found: &mut TileSurfaces, ids: &mut [u32]) -> bool {
-        let TileSurfaces { surfaces, paths, root: pixels, work } = found;
+        let TileSurfaces { surfaces, paths, root: pixels, work, marks } = found;
         pixels.gather(root.tile, [root.column, root.row], paths);
         let path = |label: u16| &paths.paths[label as usize - 1];
         let [low, high] = [root.corner(0, 0), root.corner(ROOT, ROOT)];
@@ -155,13 +160,26 @@ impl Reflections<'_> {
             last.1
         };
         let mut any = false;
-        for (label, rows) in pixels.full.iter().filter(|(label, _)| !is_known(*label)) {
-            work.by_rays = self.model.by_rays || self.model.turns_normals && path(*label).is_bumpy;
-            any |= self.draw_path(root, path(*label).object, rows, work, surfaces, ids);
+        let (mut by_tiles, mut by_rays) = ([0; ROOT], self.listed_rough_pixels(root));
+        for (label, rows) in &pixels.full {
+            let mut traced = *rows;
+            if !is_known(*label) {
+                work.by_rays = self.model.by_rays || self.model.turns_normals && path(*label).is_bumpy;
+                any |= self.draw_path(root, path(*label).object, rows, work, surfaces, ids);
+                traced = work.traced;
+            }
+            for row in 0..ROOT {
+                by_tiles[row] |= rows[row] & !traced[row];
+                by_rays[row] |= traced[row];
+            }
         }
         Counts::add(&self.counts.rim_pixels, pixels.partial.len());
-        for pixel in pixels.partial.iter().filter(|pixel| !is_known(pixel.label)) {
+        for pixel in &pixels.partial {
             let place = pixel.place.map(usize::from);
+            by_rays[place[1]] |= 1 << place[0];
+            if is_known(pixel.label) {
+                continue;
+            }
             self.record(root, TileWay::Traced, place, 1, || {
                 let mut rows = [0; ROOT];
                 rows[place[1]] = 1 << place[0];
@@ -169,7 +187,30 @@ impl Reflections<'_> {
             });
             any |= self.trace_pixel(root, path(pixel.label).object, place, pixel.samples, surfaces, ids) == Some(true);
         }
+        let place = ([root.column, root.row], root.tile.extent[0]);
+        marks.add(place, (&by_tiles, &by_rays), &self.counts);
         any
+    }
+
+    /// The pixels of a root tile that show rough mirrors at which lists go on: the light of their grid's rays takes the
+    /// place of what these show.
+    fn listed_rough_pixels(&self, root: &Root<'_, '_>) -> [u16; ROOT] {
+        let mut pixels = [0; ROOT];
+        let Some(rough) = self.rough.filter(|_| root.tile.layer() == 1) else { return pixels };
+        let [columns, rows] = root.tile.extent;
+        let (ids, samples) = (root.tile.ids(0), root.tile.positions.len());
+        let is_listed = |id: u32| {
+            let object = |id: u32| self.scene.triangle_objects[root.tile.triangle(id).source as usize];
+            id != EMPTY && root.tile.has_list(id) && rough.is_rough(object(id))
+        };
+        for (row, bits) in pixels.iter_mut().enumerate().take(rows.saturating_sub(root.row)) {
+            for column in 0..ROOT.min(columns.saturating_sub(root.column)) {
+                let first = root.first_sample(column, row);
+                let shows = ids[first..first + samples].iter().any(|id| is_listed(*id));
+                *bits |= u16::from(shows) << column;
+            }
+        }
+        pixels
     }
 
     /// A surface by a triangle of the scene and its functions in a tile: of its edges, and of its plane.

@@ -22,7 +22,7 @@ use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_core::scene::Scene;
 use catoptric_engine::error::RenderError;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
-use catoptric_engine::method::projector::{SpecularPath, VertexProjector};
+use catoptric_engine::method::projector::{PathBeginnings, SpecularPath, VertexProjector};
 use catoptric_engine::method::{Job, Quality, Report, report};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
@@ -63,10 +63,10 @@ pub(crate) struct MeshesOfView<'a, P: ?Sized> {
 /// The virtual meshes of a view, path by path.
 pub(crate) struct VirtualGeometry {
     pub(crate) paths: Vec<PathGeometry>,
-    /// Beginnings of paths that are left to something else.
-    pub(crate) paths_left: u64,
-    /// Blocks of the picture, summed over the paths, that are left to something else.
-    pub(crate) blocks_left: u64,
+    /// Paths that are left to something else.
+    pub(crate) paths_left: PathBeginnings,
+    /// True if blocks of the picture are left to something else on any path.
+    pub(crate) has_holes: bool,
     pub(crate) report: Report,
 }
 
@@ -179,22 +179,20 @@ impl VirtualScene {
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
-        let VirtualGeometry { paths, paths_left, blocks_left, mut report } =
+        let VirtualGeometry { paths, paths_left, has_holes, mut report } =
             self.geometry(job, maker, (work, tiles.is_some()), maps)?;
-        if paths_left > 0 {
+        if !paths_left.is_empty() {
             // The same for all frames, so that it is shown once.
             let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
                            `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
             report.warnings.push(warning.into());
         }
         report.warnings.extend(report::bumpy_surfaces(job.scene));
-        match tiles.filter(|_| paths_left + blocks_left > 0) {
+        match tiles.filter(|_| has_holes || !paths_left.is_empty()) {
             Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
             None => {
                 report.warnings.extend(report::rough_mirrors(job.scene));
-                let (raster, ended) = draw_paths_with(job, paths, maps, target)?;
-                report.add_raster(&raster);
-                report.counts.insert("paths_ended", ended);
+                report.add(draw_paths_with(job, paths, maps, target)?.1);
             }
         }
         Ok(report)
@@ -216,9 +214,9 @@ impl VirtualScene {
     ) -> Result<Option<Overlay>, RenderError> {
         let Job { scene, view, quality, progress } = *job;
         let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
-        let VirtualGeometry { paths, paths_left, blocks_left, .. } =
+        let VirtualGeometry { paths, paths_left, has_holes, .. } =
             self.geometry(job, maker, (work, tiles.is_some()), maps)?;
-        let tiles = tiles.filter(|_| paths_left + blocks_left > 0);
+        let tiles = tiles.filter(|_| has_holes || !paths_left.is_empty());
         let ends = if tiles.is_some() { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
         let drawn = paths.iter().map(|geometry| geometry.path.clone()).collect();
         let lists = draw_lists(job, paths, maps.whole, ends);
@@ -229,7 +227,7 @@ impl VirtualScene {
             })?,
         };
         Ok(match kind {
-            OverlayKind::Paths => Some(overlays::paths(scene, &shown)),
+            OverlayKind::Paths => Some(overlays::paths(scene, &shown, &paths_left)),
             OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
             OverlayKind::Tiles | OverlayKind::Leaves | OverlayKind::Layers => own(&shown, &drawn)?,
         })
@@ -258,13 +256,13 @@ impl VirtualScene {
             self.locked_meshes().retain(|key, _| wanted.contains(key));
         }
         let mut is_drawn = vec![true; projector.paths().len()];
-        let mut paths_left = 0;
+        let mut paths_left = PathBeginnings::default();
         let made = if whole {
             let (made, undone) = maker.add_whole(&pairs, work)?;
             for (drawn, path) in is_drawn.iter_mut().zip(projector.paths()) {
                 *drawn = !undone.hold(path);
             }
-            paths_left = undone.count();
+            paths_left = undone;
             made
         } else {
             maker.add_in_shares(&pairs, work)?
@@ -299,11 +297,8 @@ impl VirtualScene {
             report.stages_ms.push(("blend", made.blend_ms));
             report.counts.insert("steady_vertices", made.steady_points);
         }
-        report.add_fallback("paths_drawn_by_tiles", paths_left);
-        let blocks_left = paths.iter().map(|path| path.holes.count()).sum();
-        if blocks_left > 0 {
-            report.counts.insert("blocks_drawn_by_tiles", blocks_left);
-        }
-        Ok(VirtualGeometry { paths, paths_left, blocks_left, report })
+        report.add_fallback("paths_drawn_by_tiles", paths_left.len() as u64);
+        let has_holes = paths.iter().any(|path| !path.holes.is_empty());
+        Ok(VirtualGeometry { paths, paths_left, has_holes, report })
     }
 }

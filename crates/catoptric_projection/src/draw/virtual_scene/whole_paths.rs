@@ -4,9 +4,7 @@ use super::super::virtual_mesh::Allowance;
 use super::MadeMeshes;
 use super::maker::{MeshMaker, PathObject};
 use catoptric_core::progress::{Cancelled, Stage};
-use catoptric_engine::method::projector::{SpecularPath, VertexProjector};
-use catoptric_engine::optics::path::bundle::Bounce;
-use std::collections::HashSet;
+use catoptric_engine::method::projector::{PathBeginnings, VertexProjector};
 
 /// Paths of one length may take one part of so many less than all of the work that is left, if there are longer ones.
 /// Chosen, not measured.
@@ -16,33 +14,6 @@ const FOR_LONGER: u64 = 4;
 /// measured.
 const EVEN_SHARES: u64 = 2;
 
-/// The beginnings of paths that are not whole: a path without its last bounce, and the object of that. At a lens both
-/// of its paths are left to something else if one of them is.
-#[derive(Default)]
-pub(super) struct UndonePaths {
-    places: HashSet<(Vec<Bounce>, u32)>,
-}
-
-impl UndonePaths {
-    /// Adds a path.
-    fn add(&mut self, path: &SpecularPath) {
-        if let Some((last, before)) = path.bounces.split_last() {
-            self.places.insert((before.to_vec(), last.object));
-        }
-    }
-
-    /// True if a path goes on from one of them, or is one.
-    pub(super) fn hold(&self, path: &SpecularPath) -> bool {
-        let bounces = &path.bounces;
-        (0..bounces.len()).any(|length| self.places.contains(&(bounces[..length].to_vec(), bounces[length].object)))
-    }
-
-    /// The number of beginnings.
-    pub(super) fn count(&self) -> u64 {
-        self.places.len() as u64
-    }
-}
-
 impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
     /// Makes the virtual meshes that are not kept from an earlier frame, path after path, short ones first. What is
     /// begun and takes more than there is for it is not whole, and what goes on from it is not begun; nor is what the
@@ -50,7 +21,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub(super) fn add_whole(&self, pairs: &[PathObject], work: u64) -> Result<(MadeMeshes, UndonePaths), Cancelled> {
+    pub(super) fn add_whole(&self, pairs: &[PathObject], work: u64) -> Result<(MadeMeshes, PathBeginnings), Cancelled> {
         let mut paths: Vec<Vec<PathObject>> = vec![Vec::new(); self.projector.paths().len()];
         for key in pairs {
             paths[key.0 as usize].push(*key);
@@ -59,8 +30,8 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         paths.sort_by_key(|pairs| (self.length(pairs[0]), pairs[0]));
         let steps: u64 = pairs.iter().map(|key| self.steps(*key)).sum();
         let stage = Stage::begin(self.job.progress, "projecting", steps as usize)?;
-        let (mut made, mut undone, mut remaining) = (MadeMeshes::default(), UndonePaths::default(), work);
-        self.projector.left_out().iter().for_each(|path| undone.add(path));
+        let (mut made, mut undone, mut remaining) = (MadeMeshes::default(), PathBeginnings::default(), work);
+        self.projector.left_out().iter().filter_map(PathBeginnings::of).for_each(|beginning| undone.add(beginning));
         let lengths: Vec<&[Vec<PathObject>]> = paths.chunk_by(|a, b| self.length(a[0]) == self.length(b[0])).collect();
         for (number, of_length) in lengths.iter().enumerate() {
             let for_longer = if number + 1 < lengths.len() { remaining / FOR_LONGER } else { 0 };
@@ -75,7 +46,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                 let (taken, is_whole) = self.add_path(pairs, allowed, &mut made, &stage)?;
                 remaining = remaining.saturating_sub(taken);
                 if !is_whole {
-                    undone.add(path);
+                    PathBeginnings::of(path).into_iter().for_each(|beginning| undone.add(beginning));
                 }
             }
         }

@@ -4,6 +4,7 @@ mod cover;
 pub(super) mod exact;
 pub(super) mod follow;
 pub(super) mod found;
+pub(super) mod marks;
 pub(super) mod own;
 pub(super) mod paths;
 pub(super) mod square;

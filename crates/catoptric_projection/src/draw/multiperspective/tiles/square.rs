@@ -47,6 +47,8 @@ pub(in super::super) struct PathWork {
     /// The rays of pixels, as far as they are known.
     rays: Vec<Option<PathRay>>,
     looked_at: [u16; ROOT],
+    /// Pixels whose samples' rays were traced one by one.
+    pub(in super::super) traced: [u16; ROOT],
     tile_rays: Vec<TileRay>,
     fit: BundleFit,
     /// Candidates of the tile and of those that it is a quarter of.
@@ -186,6 +188,7 @@ impl Reflections<'_> {
         work.rays.clear();
         work.rays.resize(ROOT * ROOT, None);
         work.looked_at = [0; ROOT];
+        work.traced = [0; ROOT];
         work.waiting.clear();
         work.waiting.push(TileJob { column: 0, row: 0, size: ROOT, level: 0, inherits: false });
         let mut any = false;
@@ -202,6 +205,7 @@ impl Reflections<'_> {
                 }
                 Outcome::Divide(_) | Outcome::Trace => {
                     let (shows, traced) = self.trace_pixels(root, object, &job, &area, surfaces, ids);
+                    (0..ROOT).for_each(|row| work.traced[row] |= area[row]);
                     Counts::add(&self.counts.left_pixels, traced);
                     any |= shows;
                 }
@@ -305,6 +309,7 @@ impl Reflections<'_> {
             return Outcome::Drawn(shows);
         }
         let (edge_shows, traced) = self.trace_pixels(root, object, job, &edge, surfaces, ids);
+        (0..ROOT).for_each(|row| work.traced[row] |= edge[row]);
         Counts::add(&self.counts.rim_pixels, traced);
         Outcome::Drawn(shows | edge_shows)
     }
