@@ -5,6 +5,7 @@ mod bounded;
 mod budget;
 mod cancelling;
 mod degenerate;
+mod drawers;
 mod highlights;
 mod lobes;
 mod matrix;

@@ -62,6 +62,21 @@ impl PathBeginnings {
         self.places.insert(beginning);
     }
 
+    /// Adds several.
+    pub fn extend(&mut self, beginnings: impl IntoIterator<Item = PathBeginning>) {
+        self.places.extend(beginnings);
+    }
+
+    /// Keeps those that pass a filter.
+    pub fn retain(&mut self, wanted: impl FnMut(&PathBeginning) -> bool) {
+        self.places.retain(wanted);
+    }
+
+    /// Returns true if it is one of them.
+    pub fn contains(&self, beginning: &PathBeginning) -> bool {
+        self.places.contains(beginning)
+    }
+
     /// Returns true if a path goes on from one of them, or is one.
     pub fn hold(&self, path: &SpecularPath) -> bool {
         let bounces = &path.bounces;
@@ -267,6 +282,11 @@ pub trait VertexProjector: Sync {
     /// for them, without longer ones that start with them. What is said of one path of a lens holds for both.
     fn left_out(&self) -> &[SpecularPath] {
         &[]
+    }
+
+    /// Those of them that another view, or more work, may have: not left out for what else they are.
+    fn left_out_for_work(&self) -> &[SpecularPath] {
+        self.left_out()
     }
 
     /// Adds the counts of searches that were cut short by a limit, since the data of the view were built.

@@ -5,7 +5,7 @@ use super::MapsInView;
 use super::lists::path_lists;
 use super::overlays::ShownPixels;
 use super::virtual_mesh::{Ends, MeshQuality, SteadySource};
-use super::virtual_scene::{MeshesOfView, MirrorState, VirtualScene};
+use super::virtual_scene::{MeshesOfView, MirrorState, VirtualGeometry, VirtualScene};
 use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
@@ -156,6 +156,8 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) order: u32,
     /// Work for building the paths of a view; none is built by who reads them only.
     pub(crate) work: u64,
+    /// Paths that took too much work in an earlier frame: nothing is built for them.
+    pub(crate) without: &'a PathBeginnings,
     /// True if what is left out is drawn by something else; points one by one are asked of all paths.
     pub(crate) is_for_picture: bool,
     /// What becomes of pieces on which appearances end.
@@ -214,6 +216,8 @@ struct PreparedProjection<M: MeshProjection> {
     last: Option<LastView<M>>,
     /// The work of the last view's frames, until something moves.
     work: Option<(View, FrameWork)>,
+    /// Something has moved since the last frame.
+    has_moved: bool,
     report: Report,
 }
 
@@ -222,7 +226,10 @@ struct LastView<M: MeshProjection> {
     order: u32,
     /// The work that there was for building its data.
     work: u64,
-    data: M::ViewData,
+    /// Paths that are not tried.
+    without: PathBeginnings,
+    /// `None` if there is no other path.
+    data: Option<M::ViewData>,
 }
 
 /// One view.
@@ -278,6 +285,7 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
             mirrors,
             last: None,
             work: None,
+            has_moved: false,
             report,
         }))
     }
@@ -302,10 +310,11 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         } else {
             self.last = None;
         }
-        if let Some(last) = &mut self.last {
-            self.method.forget_objects(&mut last.data);
+        if let Some(data) = self.last.as_mut().and_then(|last| last.data.as_mut()) {
+            self.method.forget_objects(data);
         }
-        self.work = None;
+        virtual_scene.take_failed(&self.virtual_scene);
+        (self.work, self.has_moved) = (None, true);
         (self.virtual_scene, self.tiles, self.mirrors) = (virtual_scene, tiles, mirrors);
         (self.scene, self.quality, self.report) = (scene.clone(), quality, stages.report);
         Ok(())
@@ -313,7 +322,8 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
 
     fn frame<'a>(&'a mut self, view: &View, progress: &dyn Progress) -> Result<Box<dyn Frame + 'a>, RenderError> {
         let mut stages = Stages::new(progress);
-        let Self { method, scene, quality, virtual_scene, tiles, mirrors, last, work: known_work, .. } = self;
+        let Self { method, scene, quality, virtual_scene, tiles, mirrors, last, work: known_work, has_moved, .. } =
+            self;
         let (method, scene, virtual_scene, tiles, mirrors, order) =
             (&*method, &*scene, &*virtual_scene, &*tiles, &*mirrors, quality.order);
         let work = match known_work.take().filter(|(known, _)| known == view) {
@@ -322,29 +332,52 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         };
         *known_work = Some((view.clone(), work));
         stages.lap("glance");
-        let (work_of_paths, ends) = (work.paths, method.work_limit().ends());
-        let context =
-            Context { scene, virtual_scene, mirrors, view, order, work: work_of_paths, is_for_picture: true, ends };
-        let is_same = |last: &LastView<M>| (&last.view, last.order, last.work) == (view, order, work.paths);
-        let keeps = match last.as_ref().filter(|last| is_same(last)) {
-            Some(last) => method.fits(&context, &last.data)?,
+        let is_same = |last: &&LastView<M>| (&last.view, last.order, last.work) == (view, order, work.paths);
+        let same = last.as_ref().filter(is_same);
+        let without = match same.filter(|_| !*has_moved) {
+            Some(last) => last.without.clone(),
+            None => virtual_scene.begin_frame(view, work.meshes),
+        };
+        *has_moved = false;
+        let (is_for_picture, paths) = (true, work.paths);
+        let (without_paths, ends) = (&without, method.work_limit().ends());
+        let context = Context {
+            scene,
+            virtual_scene,
+            mirrors,
+            view,
+            order,
+            work: paths,
+            without: without_paths,
+            is_for_picture,
+            ends,
+        };
+        let keeps = match same.filter(|last| last.without == without).map(|last| &last.data) {
+            Some(Some(data)) => method.fits(&context, data)?,
+            Some(None) => true,
             None => false,
         };
         let current = match last.take_if(|_| keeps) {
             Some(kept) => kept,
             None => {
-                let mut data = method.view_data(&context, &mut stages)?;
+                let first = first_bounces(scene, view);
+                let mut data = match !first.is_empty() && first.iter().all(|first| without.contains(first)) {
+                    true => None,
+                    false => Some(method.view_data(&context, &mut stages)?),
+                };
                 virtual_scene.forget_meshes();
-                if let Some(old) = last.take() {
-                    method.take_over(&mut data, old.data);
+                if let (Some(data), Some(old)) = (&mut data, last.take().and_then(|last| last.data)) {
+                    method.take_over(data, old);
                 }
-                LastView { view: view.clone(), order, work: work.paths, data }
+                LastView { view: view.clone(), order, work: paths, without: without.clone(), data }
             }
         };
         let last = last.insert(current);
         stages.lap("build");
-        method.complete(&context, &mut last.data, &mut stages)?;
-        method.describe(&last.data, &mut stages.report);
+        if let Some(data) = &mut last.data {
+            method.complete(&context, data, &mut stages)?;
+            method.describe(data, &mut stages.report);
+        }
         let (quality, complete, without_holes, report) = (*quality, OnceLock::new(), OnceLock::new(), stages.report);
         Ok(Box::new(ProjectionFrame {
             method,
@@ -362,44 +395,75 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
     }
 }
 
+/// The paths that begin at the reflectors and lenses that a view may show.
+fn first_bounces(scene: &Scene, view: &View) -> PathBeginnings {
+    let mut found = PathBeginnings::default();
+    let seen = |object: &u32| view.may_show(scene.objects[*object as usize].bounds.corners());
+    found.extend(scene.specular_objects().into_iter().filter(seen).map(|object| (Vec::new(), object)));
+    found
+}
+
 impl<M: MeshProjection> ProjectionFrame<'_, M> {
-    fn context(&self, work: u64) -> Context<'_, M> {
+    fn context<'b>(&'b self, work: u64, without: &'b PathBeginnings) -> Context<'b, M> {
         let Self { scene, virtual_scene, mirrors, last: LastView { view, order, .. }, .. } = self;
         let ends = Ends::Followed;
-        Context { scene, virtual_scene, mirrors, view, order: *order, work, is_for_picture: false, ends }
+        Context { scene, virtual_scene, mirrors, view, order: *order, work, without, is_for_picture: false, ends }
     }
 
-    fn projector_of_view(&self, ends: Ends) -> M::Projector<'_> {
-        self.method.projector(&Context { ends, ..self.context(0) }, &self.last.data)
-    }
-
-    fn meshes<'a, 'p>(&self, projector: &'a M::Projector<'p>, ends: Ends) -> MeshesOfView<'a, M::Projector<'p>> {
-        let quality = MeshQuality { ends, ..self.method.mesh_quality(&self.last.view) };
-        MeshesOfView { projector, quality, steady: M::steady(projector) }
-    }
-
-    /// The view's data for a picture without holes.
-    fn data_without_holes(&self, progress: &dyn Progress) -> Result<&M::ViewData, RenderError> {
-        if self.method.leaves_no_holes(&self.last.data) {
-            return Ok(&self.last.data);
+    /// The view's data for a picture with or without holes; `None` if there is nothing to be built for it.
+    fn data_with(&self, ends: Ends, progress: &dyn Progress) -> Result<Option<&M::ViewData>, RenderError> {
+        let LastView { without, data, .. } = self.last;
+        let Some(data) = data else { return Ok(None) };
+        if ends == Ends::LeftOut || self.method.leaves_no_holes(data) {
+            return Ok(Some(data));
         }
         if let Some(made) = self.without_holes.get() {
-            return Ok(made);
+            return Ok(Some(made));
         }
-        let context = Context { is_for_picture: true, ..self.context(self.work.paths) };
+        let context = Context { is_for_picture: true, ..self.context(self.work.paths, without) };
         let mut stages = Stages::new(progress);
         let mut data = self.method.view_data(&context, &mut stages)?;
         self.method.complete(&context, &mut data, &mut stages)?;
-        Ok(self.without_holes.get_or_init(|| data))
+        Ok(Some(self.without_holes.get_or_init(|| data)))
     }
 
     /// The view's data with what was left out for the picture's sake; `None` if that fails.
     fn complete_data(&self) -> Option<M::ViewData> {
-        let context = self.context(FrameWork::PATHS_WITHOUT_PICTURE);
+        let without = PathBeginnings::default();
+        let context = self.context(FrameWork::PATHS_WITHOUT_PICTURE, &without);
         let mut stages = Stages::new(&Silent);
         let mut data = self.method.view_data(&context, &mut stages).ok()?;
         self.method.complete(&context, &mut data, &mut stages).ok()?;
         Some(data)
+    }
+
+    fn job<'b>(&'b self, progress: &'b dyn Progress) -> Job<'b> {
+        Job { scene: self.scene, view: &self.last.view, quality: self.quality, progress }
+    }
+
+    /// The environment maps that take the place of projections.
+    fn maps(&self) -> MapsInView<'_> {
+        self.last.data.as_ref().map_or_else(MapsInView::default, |data| self.method.maps(data))
+    }
+
+    /// The geometry of the picture, and what draws the paths that it lacks.
+    fn geometry(
+        &self,
+        ends: Ends,
+        progress: &dyn Progress,
+    ) -> Result<(VirtualGeometry, Option<ExactTiles<'_>>), RenderError> {
+        let Self { method, scene, virtual_scene, tiles, last: LastView { view, without, .. }, work, .. } = self;
+        let tiles = ExactTiles { scene, tables: tiles };
+        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(tiles);
+        let Some(data) = self.data_with(ends, progress)? else {
+            return Ok((VirtualGeometry::all_left(first_bounces(scene, view)), tiles));
+        };
+        let projector = &method.projector(&Context { ends, ..self.context(0, without) }, data);
+        let quality = MeshQuality { ends, ..method.mesh_quality(view) };
+        let meshes = MeshesOfView { projector, quality, steady: M::steady(projector) };
+        let whole = tiles.is_some().then_some(without);
+        let found = virtual_scene.geometry(&self.job(progress), &meshes, (work.meshes, whole), method.maps(data))?;
+        Ok((found, tiles))
     }
 }
 
@@ -409,63 +473,43 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
-        let job = Job { scene, view, quality, progress };
-        let ends = method.work_limit().ends();
-        let projector = &self.projector_of_view(ends);
-        let meshes = self.meshes(projector, ends);
-        let tiles = ExactTiles { scene, tables: tiles };
-        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
-        virtual_scene.draw(&job, &meshes, (work.meshes, tiles), method.maps(data), target)
+        let (found, tiles) = self.geometry(self.method.work_limit().ends(), progress)?;
+        found.draw(&self.job(progress), tiles.as_ref(), self.maps(), target)
     }
 
     fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
         if !M::OVERLAYS.contains(&kind) {
             return Ok(None);
         }
-        let Self { method, scene, quality, virtual_scene, tiles, last: LastView { view, data, .. }, work, .. } = *self;
-        let job = Job { scene, view, quality, progress };
-        let ends = method.work_limit().ends();
-        let projector = &self.projector_of_view(ends);
-        let meshes = self.meshes(projector, ends);
-        let tiles = ExactTiles { scene, tables: tiles };
-        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(&tiles);
-        let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| {
-            method.own_overlay(kind, &self.context(0), data, (shown, drawn), progress)
+        let (found, tiles) = self.geometry(self.method.work_limit().ends(), progress)?;
+        let LastView { view, without, data, .. } = self.last;
+        let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| match data {
+            Some(data) => self.method.own_overlay(kind, &self.context(0, without), data, (shown, drawn), progress),
+            None => Ok(Some(Overlay::new(kind, [view.width, view.height]))),
         };
-        virtual_scene.overlay(kind, &job, &meshes, (work.meshes, tiles), method.maps(data), own)
+        found.overlay(kind, &self.job(progress), tiles.as_ref(), self.maps(), own)
     }
 
     fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {
-        let Self { method, scene, quality, virtual_scene, last: LastView { view, data, .. }, work, .. } = *self;
-        let maps = method.maps(data);
+        let maps = self.maps();
         if maps.whole.is_some() || maps.far.is_some() {
             let problem = "environment maps in place of projections are drawn on the CPU alone".into();
             return Err(RenderError::Limit { method: M::INFO.id, problem });
         }
-        let job = Job { scene, view, quality, progress };
-        let context = self.context(0);
-        let projector = &method.projector(&context, self.data_without_holes(progress)?);
-        let meshes = self.meshes(projector, Ends::Followed);
-        let whole = method.work_limit().beyond == BeyondWork::Tiles;
-        let found = virtual_scene.geometry(&job, &meshes, (work.meshes, whole), maps)?;
-        Ok(Some(path_lists(&job, found)))
+        let (found, _) = self.geometry(Ends::Followed, progress)?;
+        Ok(Some(path_lists(&self.job(progress), found)))
     }
 
     fn paths_left(&self, progress: &dyn Progress) -> Result<PathBeginnings, RenderError> {
-        let Self { method, scene, quality, virtual_scene, last: LastView { view, data, .. }, work, .. } = *self;
-        let job = Job { scene, view, quality, progress };
-        let projector = &self.projector_of_view();
-        let whole = method.work_limit().beyond == BeyondWork::Tiles;
-        let found = virtual_scene.geometry(&job, &self.meshes(projector), (work.meshes, whole), method.maps(data))?;
-        Ok(found.paths_left)
+        Ok(self.geometry(self.method.work_limit().ends(), progress)?.0.paths_left)
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {
-        if self.method.is_complete(&self.last.data) {
-            return Some(Box::new(self.projector_of_view(Ends::Followed)));
-        }
-        let data = self.complete.get_or_init(|| self.complete_data()).as_ref()?;
-        Some(Box::new(self.method.projector(&self.context(0), data)))
+        let LastView { without, data, .. } = self.last;
+        let data = match data.as_ref().filter(|data| self.method.is_complete(data)) {
+            Some(data) => data,
+            None => self.complete.get_or_init(|| self.complete_data()).as_ref()?,
+        };
+        Some(Box::new(self.method.projector(&self.context(0, without), data)))
     }
 }

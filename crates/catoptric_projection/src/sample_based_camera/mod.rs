@@ -34,7 +34,7 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
-use catoptric_engine::method::projector::SpecularPath;
+use catoptric_engine::method::projector::{PathBeginnings, SpecularPath};
 use catoptric_engine::method::{About, Family, MethodInfo, Quality, Report, Settings};
 use morph::{Morphing, NodesWork};
 use project::CameraProjector;
@@ -103,12 +103,16 @@ struct ViewCameras {
 }
 
 impl RayGrid {
-    /// Drops the groups that there is not enough work for, those of long paths first, and returns their paths.
-    fn drop_expensive(&mut self, work: u64) -> Vec<SpecularPath> {
+    /// Drops the groups of paths that are not wanted, and those that there is not enough work for, those of long paths
+    /// first, and returns their paths.
+    fn drop_expensive(&mut self, work: u64, without: &PathBeginnings) -> Vec<SpecularPath> {
         let mut by_length: Vec<usize> = (0..self.groups.len()).collect();
         by_length.sort_by_key(|&group| self.groups[group].path.bounces.len());
         let (mut remaining, mut is_kept) = (work, vec![false; self.groups.len()]);
         for group in by_length {
+            if without.hold(&self.groups[group].path) {
+                continue;
+            }
             let needed = WORK_A_RAY * self.groups[group].rays.len() as u64;
             if needed > remaining {
                 // Longer ones are not drawn without it.
@@ -237,7 +241,7 @@ impl MeshProjection for SampleBasedCamera {
         let in_part = |path: &SpecularPath| virtual_scene.ends_on(scene, path, context.ends) == Ends::LeftOut;
         let demand = (demand, |path: &SpecularPath| (accuracy_px, in_part(path)));
         let bounds = scene.bounds;
-        let mut left_out = if leaves_out { grid.drop_expensive(work) } else { Vec::new() };
+        let mut left_out = if leaves_out { grid.drop_expensive(work, context.without) } else { Vec::new() };
         let mut cameras = grid.cameras(&sampler, &PreciseView::new(view), bounds, demand, work, stages.progress)?;
         if leaves_out {
             left_out.extend(grid.drop_inaccurate(&mut cameras));

@@ -175,6 +175,27 @@ impl View {
         }
     }
 
+    /// True if something with these corners or vertices may be seen: not all lie before the near plane, or beyond the
+    /// same side of the picture.
+    pub fn may_show(&self, points: impl IntoIterator<Item = Vec3>) -> bool {
+        let transform = self.picture_from_world();
+        let (size_px, mut beside) = (Vec2::new(self.width as f32, self.height as f32), [true; 5]);
+        for position in points {
+            let point = transform.apply(position);
+            let sides = [
+                point.depth < self.near,
+                point.xy.x < 0.0,
+                point.xy.y < 0.0,
+                point.xy.x > size_px.x * point.w,
+                point.xy.y > size_px.y * point.w,
+            ];
+            for (beside, side) in beside.iter_mut().zip(sides) {
+                *beside &= side;
+            }
+        }
+        !beside.contains(&true)
+    }
+
     /// The size of a pixel at distance 1 (perspective) or anywhere (orthographic).
     #[inline]
     pub fn pixel_size(&self) -> f32 {

@@ -199,14 +199,15 @@ impl Reflections<'_> {
         let Some(rough) = self.rough.filter(|_| root.tile.layer() == 1) else { return pixels };
         let [columns, rows] = root.tile.extent;
         let (ids, samples) = (root.tile.ids(0), root.tile.positions.len());
-        let is_listed = |id: u32| {
+        let is_listed = |id: u32, block: usize| {
             let object = |id: u32| self.scene.triangle_objects[root.tile.triangle(id).source as usize];
-            id != EMPTY && root.tile.has_list(id) && rough.is_rough(object(id))
+            id != EMPTY && root.tile.has_list(id, block) && rough.is_rough(object(id))
         };
         for (row, bits) in pixels.iter_mut().enumerate().take(rows.saturating_sub(root.row)) {
             for column in 0..ROOT.min(columns.saturating_sub(root.column)) {
                 let first = root.first_sample(column, row);
-                let shows = ids[first..first + samples].iter().any(|id| is_listed(*id));
+                let block = first / root.tile.samples_a_block();
+                let shows = ids[first..first + samples].iter().any(|id| is_listed(*id, block));
                 *bits |= u16::from(shows) << column;
             }
         }

@@ -17,6 +17,11 @@ const POINTS_A_BATCH: usize = 8;
 /// measured.
 const MAX_ROUNDS: u32 = 4;
 
+/// Where all points are needed, it is looked at what to expect after this part of the work, and with that expected to
+/// be so many times too much nothing more is tried. Chosen, not measured.
+const FIRST_PART: u64 = 8;
+const HOPELESS: u64 = 4;
+
 /// An extrapolated appearance is off by about this share of how far it was led on. Chosen, not measured.
 const EXTRAPOLATED_ERROR: f32 = 0.25;
 
@@ -32,6 +37,15 @@ pub(super) struct ProjectedPoints {
     pub(super) left_out: u64,
     /// The least that may be allowed for the same result; `None` if any chunk was stopped, if only for a while.
     pub(super) needed: Option<u64>,
+}
+
+/// The work that chunks will have taken in the end, if what is left of each is like what is done.
+fn expected_work(chunks: &[ProjectedChunk], points: &[&[Vec3]]) -> u64 {
+    let of_chunk = |(chunk, points): (&ProjectedChunk, &&[Vec3])| {
+        let shares = (chunk.work, points.len() as u64, chunk.known().max(1) as u64);
+        shares.0.saturating_mul(shares.1) / shares.2
+    };
+    chunks.iter().zip(points).map(of_chunk).sum()
 }
 
 /// A chunk of points.
@@ -69,10 +83,21 @@ impl ProjectedPoints {
             let limit = allowed.saturating_sub(work) / waiting.len() as u64;
             let mut taken: Vec<ProjectedChunk> =
                 waiting.iter().map(|&chunk| std::mem::take(&mut chunks[chunk])).collect();
+            let is_tried = whole && round == 0;
+            if is_tried {
+                let first = limit / FIRST_PART;
+                parallel::for_each_mut_within(stage, &mut taken, |index, chunk| {
+                    chunk.go_on(projector, object, points[index], first);
+                })?;
+            }
+            let is_hopeless = is_tried && expected_work(&taken, &points) > HOPELESS * allowed;
             parallel::for_each_mut_within(stage, &mut taken, |index, chunk| {
                 // A cancelled stage ends with the chunk: nothing is to be done about it here.
                 let _ = stage.advance(if round == 0 { points[waiting[index]].len() as u64 } else { 0 });
-                chunk.go_on(projector, object, points[waiting[index]], limit);
+                let before = if is_tried { chunk.work } else { 0 };
+                if before <= limit && !is_hopeless {
+                    chunk.go_on(projector, object, points[waiting[index]], limit - before);
+                }
             })?;
             let most = taken.iter().map(|chunk| chunk.work).max().unwrap_or(0);
             for (&number, chunk) in waiting.iter().zip(taken) {
@@ -80,6 +105,9 @@ impl ProjectedPoints {
             }
             work = chunks.iter().map(|chunk| chunk.work).sum();
             let have_ended = || points.iter().zip(&chunks).all(|(points, chunk)| chunk.known() == points.len());
+            if is_hopeless {
+                break;
+            }
             needed = (round == 0 && have_ended()).then(|| (most + 1) * points.len() as u64);
         }
         let count = chunks.iter().map(|chunk| chunk.known() as u64).sum();

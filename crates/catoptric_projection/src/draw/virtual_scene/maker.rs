@@ -29,13 +29,26 @@ pub(super) struct FirstMesh {
     pub(super) allowed: u64,
     pub(super) work: u64,
     needed: Option<u64>,
+    /// Points that were projected.
+    points: u64,
     /// It is coarser than asked for, or nothing.
     pub(super) is_coarse: bool,
 }
 
 impl FirstMesh {
     fn of(mesh: &VirtualMesh) -> Self {
-        Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, is_coarse: !mesh.is_whole() }
+        let (points, is_coarse) = (mesh.points_projected, !mesh.is_whole());
+        Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, points, is_coarse }
+    }
+
+    /// About the least that would have to be allowed for a whole mesh of so many points, if the first points say it:
+    /// they may take a half.
+    pub(super) fn expected(&self, points: usize) -> u64 {
+        let points = points as u64;
+        if self.points == 0 || self.points >= points {
+            return self.work;
+        }
+        2 * self.work.saturating_mul(points) / self.points
     }
 
     /// True if it would be the same with this much work allowed.

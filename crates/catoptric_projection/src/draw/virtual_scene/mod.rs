@@ -1,6 +1,8 @@
 //! State of every projection method with virtual meshes: mirrors made ready, welded objects, meshes of earlier
 //! frames.
 
+mod drawing;
+mod failed_paths;
 mod in_shares;
 mod maker;
 mod mirror_state;
@@ -9,27 +11,22 @@ mod whole_paths;
 
 pub(crate) use mirror_state::MirrorState;
 
-use super::lists::{EndsOfPaths, draw_lists};
-use super::overlays::{self, ShownPixels};
 use super::prepared::Stages;
 use super::virtual_mesh::{Ends, MeshQuality, SteadySource, VirtualMesh, WeldedObject};
-use super::work_limit::ExactTiles;
-use super::{MapsInView, PathGeometry, draw_paths_with};
+use super::{MapsInView, PathGeometry};
 use catoptric_core::clock::Stopwatch;
-use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};
-use catoptric_core::scene::Scene;
-use catoptric_engine::error::RenderError;
-use catoptric_engine::method::overlay::{Overlay, OverlayKind};
+use catoptric_core::scene::{Scene, View};
 use catoptric_engine::method::projector::{PathBeginnings, SpecularPath, VertexProjector};
-use catoptric_engine::method::{Job, Quality, Report, report};
+use catoptric_engine::method::{Job, Report};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
-use catoptric_engine::raster;
+use failed_paths::FailedPaths;
 use maker::{FirstMesh, MeshMaker, PathObject};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use whole_paths::WholePaths;
 
 /// Data that depend on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
@@ -37,6 +34,7 @@ pub struct VirtualScene {
     topologies: MeshTopologies,
     welded: Vec<Arc<WeldedObject>>,
     meshes: Mutex<KeyedMeshes>,
+    failed: Mutex<FailedPaths>,
 }
 
 /// Virtual meshes by path and object.
@@ -117,12 +115,31 @@ impl VirtualScene {
             }
         })?;
         stages.lap("weld");
-        Ok((Self { mirrors, topologies, welded, meshes: Mutex::default() }, same.is_some()))
+        let (meshes, failed) = (Mutex::default(), Mutex::default());
+        Ok((Self { mirrors, topologies, welded, meshes, failed }, same.is_some()))
     }
 
     /// Takes the virtual meshes of an earlier scene with the same mirrors.
     pub(crate) fn take_meshes(&self, old: &Self) {
         *self.locked_meshes() = std::mem::take(&mut *old.locked_meshes());
+    }
+
+    /// Takes from an earlier moment of a scene what is known of paths that have failed, unless it has other objects.
+    pub(crate) fn take_failed(&self, old: &Self) {
+        if self.welded.len() == old.welded.len() {
+            let mut failed = std::mem::take(&mut *old.locked_failed());
+            failed.outdate();
+            *self.locked_failed() = failed;
+        }
+    }
+
+    /// Begins a frame of a view with so much work, and returns the paths that it does not try, as they have failed.
+    pub(crate) fn begin_frame(&self, view: &View, work: u64) -> PathBeginnings {
+        self.locked_failed().begin_frame(view, work)
+    }
+
+    fn locked_failed(&self) -> MutexGuard<'_, FailedPaths> {
+        self.failed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn locked_meshes(&self) -> MutexGuard<'_, KeyedMeshes> {
@@ -164,77 +181,8 @@ impl VirtualScene {
         self.locked_meshes().clear();
     }
 
-    /// Draws the picture: makes the virtual meshes that are missing and rasterises them. Reflectors with environment
-    /// maps show these, and maps of far objects take the place of their virtual meshes.
-    ///
-    /// Meshes take about as much `work`. With `tiles` these draw the paths whose meshes are not whole then.
-    ///
-    /// # Errors
-    /// Those of the rasteriser.
-    pub(crate) fn draw<P: VertexProjector + ?Sized>(
-        &self,
-        job: &Job<'_>,
-        maker: &MeshesOfView<'_, P>,
-        (work, tiles): (u64, Option<&ExactTiles<'_>>),
-        maps: MapsInView<'_>,
-        target: &mut Framebuffer,
-    ) -> Result<Report, RenderError> {
-        let VirtualGeometry { paths, paths_left, has_holes, mut report } =
-            self.geometry(job, maker, (work, tiles.is_some()), maps)?;
-        if !paths_left.is_empty() {
-            // The same for all frames, so that it is shown once.
-            let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
-                           `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
-            report.warnings.push(warning.into());
-        }
-        report.warnings.extend(report::bumpy_surfaces(job.scene));
-        match tiles.filter(|_| has_holes || !paths_left.is_empty()) {
-            Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
-            None => {
-                report.warnings.extend(report::rough_mirrors(job.scene));
-                report.add(draw_paths_with(job, paths, maps, target)?.1);
-            }
-        }
-        Ok(report)
-    }
-
-    /// An overlay of what [`Self::draw`] draws. Kinds that virtual meshes do not have are `own` ones of the method: it
-    /// makes them of what pixels show and of the paths that meshes draw.
-    ///
-    /// # Errors
-    /// As [`Self::draw`].
-    pub(crate) fn overlay<P: VertexProjector + ?Sized>(
-        &self,
-        kind: OverlayKind,
-        job: &Job<'_>,
-        maker: &MeshesOfView<'_, P>,
-        (work, tiles): (u64, Option<&ExactTiles<'_>>),
-        maps: MapsInView<'_>,
-        own: impl FnOnce(&ShownPixels, &HashSet<SpecularPath>) -> Result<Option<Overlay>, RenderError>,
-    ) -> Result<Option<Overlay>, RenderError> {
-        let Job { scene, view, quality, progress } = *job;
-        let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
-        let VirtualGeometry { paths, paths_left, has_holes, .. } =
-            self.geometry(job, maker, (work, tiles.is_some()), maps)?;
-        let tiles = tiles.filter(|_| has_holes || !paths_left.is_empty());
-        let ends = if tiles.is_some() { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
-        let drawn = paths.iter().map(|geometry| geometry.path.clone()).collect();
-        let lists = draw_lists(job, paths, maps.whole, ends);
-        let shown = match tiles {
-            Some(tiles) => tiles.shown(job, &lists, maps)?,
-            None => ShownPixels::of(scene, view, |shader, target| {
-                raster::draw(view, 1, &lists, shader, target, progress).map(drop)
-            })?,
-        };
-        Ok(match kind {
-            OverlayKind::Paths => Some(overlays::paths(scene, &shown, &paths_left)),
-            OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
-            OverlayKind::Tiles | OverlayKind::Leaves | OverlayKind::Layers => own(&shown, &drawn)?,
-        })
-    }
-
     /// The geometry of a view's paths, and what was left out of it. Makes the virtual meshes that are missing, with
-    /// about as much work; if paths are to be `whole`, those that take more are left out.
+    /// about as much work; if paths are to be whole, those that take more are left out, and those that are given are not tried.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -242,7 +190,7 @@ impl VirtualScene {
         &self,
         job: &Job<'_>,
         MeshesOfView { projector, quality, steady }: &MeshesOfView<'_, P>,
-        (work, whole): (u64, bool),
+        (work, whole): (u64, Option<&PathBeginnings>),
         maps: MapsInView<'_>,
     ) -> Result<VirtualGeometry, Cancelled> {
         let mut report = Report::default();
@@ -257,11 +205,13 @@ impl VirtualScene {
         }
         let mut is_drawn = vec![true; projector.paths().len()];
         let mut paths_left = PathBeginnings::default();
-        let made = if whole {
-            let (made, undone) = maker.add_whole(&pairs, work)?;
+        let made = if let Some(without) = whole {
+            let WholePaths { made, undone, not_tried, tries } = maker.add_whole(&pairs, (work, without))?;
+            self.locked_failed().note(&tries, (job.scene, job.view), work);
             for (drawn, path) in is_drawn.iter_mut().zip(projector.paths()) {
                 *drawn = !undone.hold(path);
             }
+            report.counts.insert("paths_not_tried_again", not_tried);
             paths_left = undone;
             made
         } else {

@@ -2,9 +2,10 @@
 
 use super::super::virtual_mesh::Allowance;
 use super::MadeMeshes;
+use super::failed_paths::PathTries;
 use super::maker::{MeshMaker, PathObject};
 use catoptric_core::progress::{Cancelled, Stage};
-use catoptric_engine::method::projector::{PathBeginnings, VertexProjector};
+use catoptric_engine::method::projector::{PathBeginning, PathBeginnings, VertexProjector};
 
 /// Paths of one length may take one part of so many less than all of the work that is left, if there are longer ones.
 /// Chosen, not measured.
@@ -14,14 +15,56 @@ const FOR_LONGER: u64 = 4;
 /// measured.
 const EVEN_SHARES: u64 = 2;
 
+/// A path that would have had so many times the work, had others not failed before it, has had no fair try, unless it
+/// is expected to need even more: it is tried again when they are not.
+const FAIR_SHARES: u64 = 2;
+
+/// The paths of a frame.
+#[derive(Default)]
+pub(super) struct WholePaths {
+    pub(super) made: MadeMeshes,
+    /// Those that are left to something else.
+    pub(super) undone: PathBeginnings,
+    /// How many of these were not tried, as they have failed before.
+    pub(super) not_tried: u64,
+    pub(super) tries: PathTries,
+}
+
+/// What came of one path.
+struct PathTry {
+    /// The work that was done.
+    taken: u64,
+    /// If that was not enough: about the least that would have been.
+    expected: Option<u64>,
+}
+
+/// What is left of a frame's work, and what of it paths have taken that failed.
+struct RemainingWork {
+    left: u64,
+    /// What later frames, which do not try these paths, have for others.
+    wasted: u64,
+}
+
+impl RemainingWork {
+    /// The work that one of so many paths may take, if so much is not for it.
+    fn allowed(left: u64, for_others: u64, paths: usize) -> u64 {
+        let there = left.saturating_sub(for_others);
+        (EVEN_SHARES * there / paths as u64).min(there)
+    }
+}
+
 impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
     /// Makes the virtual meshes that are not kept from an earlier frame, path after path, short ones first. What is
     /// begun and takes more than there is for it is not whole, and what goes on from it is not begun; nor is what the
-    /// projector leaves out.
+    /// projector leaves out, and what is not to be tried (`without`).
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub(super) fn add_whole(&self, pairs: &[PathObject], work: u64) -> Result<(MadeMeshes, PathBeginnings), Cancelled> {
+    pub(super) fn add_whole(
+        &self,
+        pairs: &[PathObject],
+        (work, without): (u64, &PathBeginnings),
+    ) -> Result<WholePaths, Cancelled> {
         let mut paths: Vec<Vec<PathObject>> = vec![Vec::new(); self.projector.paths().len()];
         for key in pairs {
             paths[key.0 as usize].push(*key);
@@ -30,27 +73,51 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         paths.sort_by_key(|pairs| (self.length(pairs[0]), pairs[0]));
         let steps: u64 = pairs.iter().map(|key| self.steps(*key)).sum();
         let stage = Stage::begin(self.job.progress, "projecting", steps as usize)?;
-        let (mut made, mut undone, mut remaining) = (MadeMeshes::default(), PathBeginnings::default(), work);
-        self.projector.left_out().iter().filter_map(PathBeginnings::of).for_each(|beginning| undone.add(beginning));
+        let mut found = WholePaths::default();
+        let is_wanted = |beginning: &PathBeginning| !without.contains(beginning);
+        found.undone.extend(self.projector.left_out().iter().filter_map(PathBeginnings::of));
+        let failed = self.projector.left_out_for_work().iter().filter_map(PathBeginnings::of);
+        found.tries.failed.extend(failed.filter(is_wanted));
+        let path_of = |pairs: &[PathObject]| &self.projector.paths()[pairs[0].0 as usize];
+        let not_tried = |pairs: &&Vec<PathObject>| PathBeginnings::of(path_of(pairs)).filter(|own| !is_wanted(own));
+        found.undone.extend(paths.iter().filter_map(|pairs| not_tried(&pairs)));
+        let mut remaining = RemainingWork { left: work, wasted: 0 };
         let lengths: Vec<&[Vec<PathObject>]> = paths.chunk_by(|a, b| self.length(a[0]) == self.length(b[0])).collect();
         for (number, of_length) in lengths.iter().enumerate() {
-            let for_longer = if number + 1 < lengths.len() { remaining / FOR_LONGER } else { 0 };
-            for (number, pairs) in of_length.iter().enumerate() {
-                let there = remaining.saturating_sub(for_longer);
-                let allowed = (EVEN_SHARES * there / (of_length.len() - number) as u64).min(there);
-                let path = &self.projector.paths()[pairs[0].0 as usize];
-                if undone.hold(path) {
+            let for_longer = if number + 1 < lengths.len() { remaining.left / FOR_LONGER } else { 0 };
+            let mut waiting = of_length.iter().filter(|pairs| not_tried(pairs).is_none()).count();
+            for pairs in *of_length {
+                let path = path_of(pairs);
+                let Some(beginning) = PathBeginnings::of(path) else { continue };
+                if !is_wanted(&beginning) {
                     self.forget(pairs);
                     continue;
                 }
-                let (taken, is_whole) = self.add_path(pairs, allowed, &mut made, &stage)?;
-                remaining = remaining.saturating_sub(taken);
-                if !is_whole {
-                    PathBeginnings::of(path).into_iter().for_each(|beginning| undone.add(beginning));
+                let shares = waiting;
+                waiting -= 1;
+                if found.undone.hold(path) {
+                    self.forget(pairs);
+                    continue;
                 }
+                let allowed = RemainingWork::allowed(remaining.left, for_longer, shares);
+                let PathTry { taken, expected } = self.add_path(pairs, allowed, &mut found.made, &stage)?;
+                if let Some(expected) = expected {
+                    let fair = RemainingWork::allowed(remaining.left + remaining.wasted, for_longer, shares);
+                    if fair < FAIR_SHARES * allowed || fair < expected {
+                        found.tries.failed.add(beginning.clone());
+                    }
+                    remaining.wasted += taken.min(remaining.left);
+                    found.undone.add(beginning);
+                } else {
+                    found.tries.done.add(beginning);
+                }
+                remaining.left = remaining.left.saturating_sub(taken);
             }
         }
-        Ok((made, undone))
+        // At a lens one of two paths may be whole.
+        found.tries.done.retain(|own| !found.undone.contains(own));
+        found.not_tried = found.undone.iter().filter(|own| !is_wanted(own)).count() as u64;
+        Ok(found)
     }
 
     /// Forgets meshes of earlier frames.
@@ -61,28 +128,29 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         }
     }
 
-    /// Makes the meshes of one path, and returns the work that they took, and whether that was enough.
+    /// Makes the meshes of one path.
     fn add_path(
         &self,
         pairs: &[PathObject],
         allowed: u64,
         made: &mut MadeMeshes,
         stage: &Stage<'_>,
-    ) -> Result<(u64, bool), Cancelled> {
+    ) -> Result<PathTry, Cancelled> {
         let mut taken = 0;
         for (number, &key) in pairs.iter().enumerate() {
             let remaining = allowed.saturating_sub(taken);
             if remaining == 0 {
                 self.forget(&pairs[number..]);
-                return Ok((taken, false));
+                return Ok(PathTry { taken, expected: Some(taken) });
             }
             let first = self.first_mesh(key, Allowance::for_whole(remaining), made, stage)?;
             taken += first.work;
             if first.is_coarse {
                 self.forget(&pairs[number + 1..]);
-                return Ok((taken, false));
+                let expected = taken - first.work + first.expected(self.scene.welded[key.1 as usize].points.len());
+                return Ok(PathTry { taken, expected: Some(expected) });
             }
         }
-        Ok((taken, true))
+        Ok(PathTry { taken, expected: None })
     }
 }

@@ -95,13 +95,13 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
         context: &Context<'_, Self>,
         stages: &mut Stages<'_>,
     ) -> Result<PathTree<M::Locator>, RenderError> {
-        let Context { scene, mirrors, view, order, work, .. } = *context;
+        let Context { scene, mirrors, view, order, work, without, .. } = *context;
         let make = self.locators(scene, mirrors, view);
         Ok(PathTree::build(
             scene,
             &mirrors.meshes,
             view,
-            PathLimits { order, work },
+            PathLimits { order, work, without },
             EYE_IMAGE_SIZE,
             make,
             stages.progress,

@@ -12,10 +12,10 @@ use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress, Stage};
 use catoptric_core::scene::{Role, Scene, View};
 use catoptric_engine::method::Report;
-use catoptric_engine::method::projector::SpecularPath;
+use catoptric_engine::method::projector::{PathBeginnings, SpecularPath};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::step::relative_index;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::sync::Arc;
 
 /// No more paths than this are built: short ones first. A bound on time; chosen, not measured.
@@ -108,11 +108,13 @@ pub struct PathLevel<L> {
 
 /// Limits of the paths of a view.
 #[derive(Clone, Copy, Debug)]
-pub struct PathLimits {
+pub struct PathLimits<'a> {
     /// The highest number of bounces.
     pub order: u32,
     /// About the most work for building them.
     pub work: u64,
+    /// What is not built, as if there were too much to do for it.
+    pub without: &'a PathBeginnings,
 }
 
 /// All paths of a view up to an order.
@@ -129,6 +131,8 @@ pub struct PathTree<L> {
     pub(crate) left_out: Vec<SpecularPath>,
     /// Work that is left for building paths.
     remaining: u64,
+    /// Paths that are not to be built.
+    without: PathBeginnings,
 }
 
 impl<L> PathLevel<L> {
@@ -153,7 +157,7 @@ impl<L: Locator> PathTree<L> {
         scene: &Scene,
         meshes: &[ReflectorMesh],
         view: &View,
-        PathLimits { order, work }: PathLimits,
+        PathLimits { order, work, without }: PathLimits<'_>,
         image_size: u32,
         make: impl Fn(&Reflector<'_>) -> Option<L>,
         progress: &dyn Progress,
@@ -167,6 +171,7 @@ impl<L: Locator> PathTree<L> {
             images,
             left_out: Vec::new(),
             remaining: work,
+            without: without.clone(),
         };
         // How many paths there will be is unknown.
         let stage = Stage::begin(progress, "building maps", 0)?;
@@ -175,7 +180,7 @@ impl<L: Locator> PathTree<L> {
             let first = all.levels.len();
             if length == 1 {
                 for (index, mesh) in meshes.iter().enumerate() {
-                    if is_in_picture(mesh, view) {
+                    if view.may_show(mesh.positions.iter().copied()) {
                         all.grow(scene, meshes, None, index as u32, &make, &stage)?;
                     }
                 }
@@ -214,10 +219,11 @@ impl<L: Locator> PathTree<L> {
         let work = L::work_a_triangle() * mesh.triangles.len() as u64;
         // Without first paths there would be nothing of the method.
         let is_affordable = parent.is_none() || self.remaining > work;
-        let found = if is_affordable { self.arrivals(meshes, parent, index, stage)? } else { None };
+        let reflecting = self.going_on(parent, Bounce { object: mesh.object, kind: BounceKind::Reflect });
+        let is_wanted = is_affordable && !self.without.hold(&reflecting);
+        let found = if is_wanted { self.arrivals(meshes, parent, index, stage)? } else { None };
         let Some((finer, mut arrivals)) = found else {
-            let bounce = Bounce { object: meshes[index as usize].object, kind: BounceKind::Reflect };
-            self.left_out.push(self.going_on(parent, bounce));
+            self.left_out.push(reflecting);
             return Ok(());
         };
         let mesh = finer.as_deref().unwrap_or(&meshes[index as usize]);
@@ -376,24 +382,4 @@ impl<L: Locator> PathTree<L> {
         let ray_sets = self.levels.iter().flat_map(|level| &level.ray_sets);
         ray_sets.map(|ray_set| ray_set.locator.byte_count() + 40 * ray_set.rays.origins.len() as u64).sum()
     }
-}
-
-/// True if any of a reflector may appear in the picture.
-fn is_in_picture(mesh: &ReflectorMesh, view: &View) -> bool {
-    let transform = view.picture_from_world();
-    let (size_px, mut beside) = (Vec2::new(view.width as f32, view.height as f32), [true; 5]);
-    for position in &mesh.positions {
-        let point = transform.apply(*position);
-        let sides = [
-            point.depth < view.near,
-            point.xy.x < 0.0,
-            point.xy.y < 0.0,
-            point.xy.x > size_px.x * point.w,
-            point.xy.y > size_px.y * point.w,
-        ];
-        for (beside, side) in beside.iter_mut().zip(sides) {
-            *beside &= side;
-        }
-    }
-    !beside.contains(&true)
 }

@@ -90,6 +90,11 @@ impl VertexProjector for MorphProjector<'_> {
         self.left_out
     }
 
+    /// Nodes that are not there, or disagree, take no work.
+    fn left_out_for_work(&self) -> &[SpecularPath] {
+        &[]
+    }
+
     fn project_on(&self, path: u32, points: &[Vec3], found: &mut Projections) {
         if let Some((cameras, number)) = self.at_eye(path) {
             let near = |point, found: &mut Vec<Projection>| cameras.project_near(number, point, None, found);

@@ -108,10 +108,10 @@ struct ReflectorInView {
 
 /// The same for cameras at the eye.
 fn at_eye<'a>(context: &Context<'a, Morphing>) -> Context<'a, SampleBasedCamera> {
-    let Context { scene, virtual_scene, mirrors, view, order, work, is_for_picture, .. } = *context;
+    let Context { scene, virtual_scene, mirrors, view, order, work, without, is_for_picture, .. } = *context;
     // What is blended goes on where cameras would leave something out.
     let ends = Ends::Followed;
-    Context { scene, virtual_scene, mirrors: &mirrors.tracer, view, order, work, is_for_picture, ends }
+    Context { scene, virtual_scene, mirrors: &mirrors.tracer, view, order, work, without, is_for_picture, ends }
 }
 
 impl Morphing {

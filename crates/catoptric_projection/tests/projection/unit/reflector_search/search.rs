@@ -3,6 +3,7 @@
 use catoptric_core::math::random::Stream;
 use catoptric_core::progress::Silent;
 use catoptric_core::scene::{Scene, View};
+use catoptric_engine::method::projector::PathBeginnings;
 use catoptric_projection::parts::{
     Locator, PathLimits, PathTree, ReflectionPoint, ReflectionPoints, Reflector, ReflectorImage, ReflectorMesh,
     ReflectorSearch,
@@ -33,8 +34,8 @@ impl Set {
             };
             ReflectorSearch::new(reflector, Arc::new(image), Search::Cells)
         };
-        let levels = PathTree::build(&scene, &meshes, &view, PathLimits { order, work: u64::MAX }, 64, make, &Silent)
-            .expect("nothing is cancelled");
+        let limits = PathLimits { order, work: u64::MAX, without: &PathBeginnings::default() };
+        let levels = PathTree::build(&scene, &meshes, &view, limits, 64, make, &Silent).expect("nothing is cancelled");
         Self { scene, view, meshes, levels }
     }
 

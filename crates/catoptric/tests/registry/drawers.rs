@@ -1,0 +1,134 @@
+//! What has drawn the pixels of reflectors: the method, tiles or rays; and paths that no frame tries again.
+
+use catoptric::light::path_tracer::specular_mask;
+use catoptric::methods::overlay::OverlayKind;
+use catoptric::methods::{self, Quality, Report};
+use catoptric::progress::Silent;
+use catoptric::scene::{Camera, Scene, View};
+use catoptric_testkit::drawing::{draw, picture, scene, session};
+use glam::Vec3;
+use std::sync::Arc;
+
+const WITH_MESHES: [&str; 4] = ["path_perturbation", "sample_based_camera", "explosion_map", "reflector_search"];
+
+/// All pixels of reflectors, and those drawn by the method, tiles and rays.
+fn counted(report: &Report) -> [u64; 4] {
+    ["", "_by_method", "_by_tiles", "_by_rays"].map(|by| report.counts[format!("reflector_pixels{by}").as_str()])
+}
+
+#[test]
+fn every_pixel_of_a_reflector_is_drawn_by_one_of_three() {
+    let mut by_both = 0;
+    for name in ["vase", "sphere_room", "glass_sphere", "two_spheres", "planar_mirror", "brushed"] {
+        let scene = scene(&format!("{name}?tess=16"));
+        let view = scene.default_view(96, 72);
+        // By rays through the middles of pixels, where the only sample of one is.
+        let seen = specular_mask(&scene, &view).into_iter().filter(|shows| *shows).count();
+        for id in WITH_MESHES.iter().copied().chain(["auto", "multiperspective", "planar_mirror"]) {
+            for samples in [1, 4] {
+                let report = draw(id, "", &scene, &view, Quality { samples, order: 2 }).report;
+                let [all, method, tiles, rays] = counted(&report);
+                let what = format!("{id} {name}, {samples} samples: {all} of {seen}, {method} {tiles} {rays}");
+                assert_eq!(all, method + tiles + rays, "{what}");
+                let off = all as f64 / seen as f64;
+                assert!(if samples == 1 { (0.99..1.01).contains(&off) } else { (1.0..1.3).contains(&off) }, "{what}");
+                let draws_all = !report.fallbacks.contains_key("paths_drawn_by_tiles") && WITH_MESHES.contains(&id);
+                assert!(!draws_all || method == all, "{what}");
+                by_both += u32::from(method > 0 && tiles > 0);
+            }
+        }
+    }
+    assert!(by_both >= 3, "{by_both} pictures are drawn by methods and tiles");
+}
+
+/// The overlay of tiles says of every pixel of a single sample how its first bounce is drawn.
+#[test]
+fn tiles_and_rays_are_counted_as_their_overlay_shows_them() {
+    for (id, name) in [("multiperspective", "vase?tess=16"), ("auto", "two_spheres?tess=16")] {
+        let scene = Arc::new(scene(name));
+        let (view, quality) = (scene.default_view(96, 72), Quality { samples: 1, order: 1 });
+        let method = methods::create(id, &Default::default()).expect("default settings");
+        let mut prepared = method.prepare(&scene, quality, None, &Silent).expect("a scene");
+        let frame = prepared.frame(&view, &Silent).expect("a view");
+        let overlay = frame.overlay(OverlayKind::Tiles, &Silent).expect("a view").expect("it has tiles");
+        let traced = overlay.groups.iter().position(|group| group.contains("traced")).expect("a way") as u16 + 1;
+        let shown = |is_traced: bool| {
+            overlay.pixels.iter().filter(|group| **group != 0 && (**group == traced) == is_traced).count() as u64
+        };
+        let [_, method, tiles, rays] = counted(&draw(id, "", &scene, &view, quality).report);
+        assert!(tiles > 100 && rays > 10, "{id}: {tiles} {rays}");
+        assert_eq!([method, tiles, rays], [0, shown(false), shown(true)], "{id}");
+    }
+}
+
+/// A pot whose paths take too much work, and a view of it from an eye turned by an angle about it.
+fn pot() -> (Scene, impl Fn(f32) -> View) {
+    let scene = scene("teapot?tess=8");
+    let middle = scene.bounds.center();
+    let distance = 0.4 * scene.bounds.diagonal();
+    let view = move |scene: &Scene, degrees: f32| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        let eye = middle + Vec3::new(sine, 0.3, cosine) * distance;
+        scene.view(&Camera::look_at("around", eye, middle, Vec3::Y, 40.0), 48, 36)
+    };
+    let of = scene.clone();
+    (scene, move |degrees| view(&of, degrees))
+}
+
+const QUALITY: Quality = Quality { samples: 1, order: 1 };
+
+/// Work, points, and paths that are not tried.
+fn tried(report: &Report) -> [u64; 3] {
+    ["work", "vertices_projected", "paths_not_tried_again"].map(|name| report.counts[name])
+}
+
+#[test]
+fn paths_that_take_too_much_work_are_not_tried_in_every_frame() {
+    let (scene, view) = pot();
+    for id in WITH_MESHES {
+        let mut session = session(id, "work = 0.5", &scene, QUALITY);
+        let first = session.draw(&view(0.0)).expect("a view").report;
+        assert!(tried(&first)[0] > 0 && first.counts["paths"] == 0, "{id}: {first:?}");
+        // The same view once more costs nothing, and is the same.
+        let again = session.draw(&view(0.0)).expect("a view").report;
+        assert_eq!((again.counts["work"], tried(&again)[1]), (first.counts["work"], 0), "{id}");
+        // Those that were not tried yet, as others took all work, come next.
+        (1..3).for_each(|frame| drop(session.draw(&view(frame as f32)).expect("a view")));
+        for frame in 3..8 {
+            let drawn = session.draw(&view(frame as f32)).expect("a view");
+            let left = drawn.report.fallbacks["paths_drawn_by_tiles"];
+            assert_eq!(tried(&drawn.report), [0, 0, left], "{id}, frame {frame}");
+            if frame == 3 {
+                let tiles = picture("multiperspective", "", &scene, &view(3.0), QUALITY);
+                assert!(drawn.picture.pixels == tiles.pixels, "{id}");
+            }
+        }
+        // Something has moved: that alone is no reason before it is time.
+        session.update(&scene).expect("the same scene");
+        assert_eq!(tried(&session.draw(&view(7.0)).expect("a view").report)[0], 0, "{id}");
+    }
+}
+
+/// Frames in which paths are tried, of so many, from views that turn by an angle from one to the next.
+fn frames_with_tries(count: u32, degrees: f32) -> Vec<u32> {
+    let (scene, view) = pot();
+    let mut session = session("reflector_search", "work = 0.5", &scene, QUALITY);
+    let mut is_tried = |frame: &u32| {
+        let drawn = session.draw(&view(*frame as f32 * degrees)).expect("a view");
+        tried(&drawn.report)[0] > 0
+    };
+    (0..count).filter(|frame| is_tried(frame)).collect()
+}
+
+#[test]
+fn paths_are_tried_again_from_elsewhere_but_less_and_less_often() {
+    // A quarter of the way around: far enough each time.
+    let far = frames_with_tries(40, 90.0);
+    let later: Vec<u32> = far.iter().copied().filter(|frame| *frame > 3).collect();
+    assert!(!later.is_empty() && later.len() <= 6, "{far:?}");
+    assert!(later.iter().all(|frame| *frame >= 9), "{far:?}");
+    // Views that are alike give no reason.
+    let near = frames_with_tries(40, 0.1);
+    assert!(near.iter().all(|frame| *frame <= 3), "{near:?}");
+    assert_eq!(far, frames_with_tries(40, 90.0), "the same frames, the same tries");
+}
