@@ -4,9 +4,9 @@ use catoptric::light::path_tracer::specular_mask;
 use catoptric::methods::overlay::OverlayKind;
 use catoptric::methods::{self, Quality, Report};
 use catoptric::progress::Silent;
-use catoptric::scene::{Camera, Scene, View};
+use catoptric::scene::{Scene, View};
 use catoptric_testkit::drawing::{draw, picture, scene, session};
-use glam::Vec3;
+use glam::Affine3A;
 use std::sync::Arc;
 
 const WITH_MESHES: [&str; 4] = ["path_perturbation", "sample_based_camera", "explosion_map", "reflector_search"];
@@ -19,19 +19,22 @@ fn counted(report: &Report) -> [u64; 4] {
 #[test]
 fn every_pixel_of_a_reflector_is_drawn_by_one_of_three() {
     let mut by_both = 0;
-    for name in ["vase", "sphere_room", "glass_sphere", "two_spheres", "planar_mirror", "brushed"] {
-        let scene = scene(&format!("{name}?tess=16"));
-        let view = scene.default_view(96, 72);
+    for name in ["vase", "glass_sphere", "two_spheres", "brushed"] {
+        let scene = scene(&format!("{name}?tess=12"));
+        let view = scene.default_view(80, 60);
         // By rays through the middles of pixels, where the only sample of one is.
         let seen = specular_mask(&scene, &view).into_iter().filter(|shows| *shows).count();
         for id in WITH_MESHES.iter().copied().chain(["auto", "multiperspective", "planar_mirror"]) {
-            for samples in [1, 4] {
-                let report = draw(id, "", &scene, &view, Quality { samples, order: 2 }).report;
+            // What meshes are of does not depend on samples.
+            let samples_of_all: &[u32] = if name == "two_spheres" { &[1, 4] } else { &[1] };
+            for &samples in samples_of_all {
+                let settings = if WITH_MESHES.contains(&id) { "work = 1.5" } else { "" };
+                let report = draw(id, settings, &scene, &view, Quality { samples, order: 2 }).report;
                 let [all, method, tiles, rays] = counted(&report);
                 let what = format!("{id} {name}, {samples} samples: {all} of {seen}, {method} {tiles} {rays}");
                 assert_eq!(all, method + tiles + rays, "{what}");
                 let off = all as f64 / seen as f64;
-                assert!(if samples == 1 { (0.99..1.01).contains(&off) } else { (1.0..1.3).contains(&off) }, "{what}");
+                assert!(if samples == 1 { (0.99..1.01).contains(&off) } else { (1.0..1.4).contains(&off) }, "{what}");
                 let draws_all = !report.fallbacks.contains_key("paths_drawn_by_tiles") && WITH_MESHES.contains(&id);
                 assert!(!draws_all || method == all, "{what}");
                 by_both += u32::from(method > 0 && tiles > 0);
@@ -44,7 +47,7 @@ fn every_pixel_of_a_reflector_is_drawn_by_one_of_three() {
 /// The overlay of tiles says of every pixel of a single sample how its first bounce is drawn.
 #[test]
 fn tiles_and_rays_are_counted_as_their_overlay_shows_them() {
-    for (id, name) in [("multiperspective", "vase?tess=16"), ("auto", "two_spheres?tess=16")] {
+    for (id, name) in [("multiperspective", "sphere_room?tess=16"), ("auto", "two_spheres?tess=16")] {
         let scene = Arc::new(scene(name));
         let (view, quality) = (scene.default_view(96, 72), Quality { samples: 1, order: 1 });
         let method = methods::create(id, &Default::default()).expect("default settings");
@@ -61,18 +64,18 @@ fn tiles_and_rays_are_counted_as_their_overlay_shows_them() {
     }
 }
 
-/// A pot whose paths take too much work, and a view of it from an eye turned by an angle about it.
+/// A pot whose paths take too much work, and its view, turned by an angle about it.
 fn pot() -> (Scene, impl Fn(f32) -> View) {
     let scene = scene("teapot?tess=8");
-    let middle = scene.bounds.center();
-    let distance = 0.4 * scene.bounds.diagonal();
-    let view = move |scene: &Scene, degrees: f32| {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        let eye = middle + Vec3::new(sine, 0.3, cosine) * distance;
-        scene.view(&Camera::look_at("around", eye, middle, Vec3::Y, 40.0), 48, 36)
+    let specular = scene.specular_objects().into_iter().map(|object| scene.objects[object as usize].bounds);
+    let middle = specular.reduce(|all, one| all.union(one)).expect("there is a pot").center();
+    let view = scene.default_view(48, 36);
+    let turned = move |degrees: f32| {
+        let turn = Affine3A::from_rotation_y(degrees.to_radians());
+        let about = Affine3A::from_translation(middle) * turn * Affine3A::from_translation(-middle);
+        View { world_from_view: about * view.world_from_view, ..view.clone() }
     };
-    let of = scene.clone();
-    (scene, move |degrees| view(&of, degrees))
+    (scene, turned)
 }
 
 const QUALITY: Quality = Quality { samples: 1, order: 1 };
@@ -88,7 +91,10 @@ fn paths_that_take_too_much_work_are_not_tried_in_every_frame() {
     for id in WITH_MESHES {
         let mut session = session(id, "work = 0.5", &scene, QUALITY);
         let first = session.draw(&view(0.0)).expect("a view").report;
-        assert!(tried(&first)[0] > 0 && first.counts["paths"] == 0, "{id}: {first:?}");
+        let [all, method, tiles, rays] = counted(&first);
+        assert!(all > 100 && method == 0 && tiles + rays == all && first.counts["paths"] == 0, "{id}: {first:?}");
+        // Cameras know before meshes are begun.
+        assert!(tried(&first)[0] > 0 || id == "sample_based_camera", "{id}: {first:?}");
         // The same view once more costs nothing, and is the same.
         let again = session.draw(&view(0.0)).expect("a view").report;
         assert_eq!((again.counts["work"], tried(&again)[1]), (first.counts["work"], 0), "{id}");
@@ -123,12 +129,12 @@ fn frames_with_tries(count: u32, degrees: f32) -> Vec<u32> {
 #[test]
 fn paths_are_tried_again_from_elsewhere_but_less_and_less_often() {
     // A quarter of the way around: far enough each time.
-    let far = frames_with_tries(40, 90.0);
+    let far = frames_with_tries(30, 90.0);
     let later: Vec<u32> = far.iter().copied().filter(|frame| *frame > 3).collect();
     assert!(!later.is_empty() && later.len() <= 6, "{far:?}");
     assert!(later.iter().all(|frame| *frame >= 9), "{far:?}");
     // Views that are alike give no reason.
-    let near = frames_with_tries(40, 0.1);
+    let near = frames_with_tries(30, 0.1);
     assert!(near.iter().all(|frame| *frame <= 3), "{near:?}");
-    assert_eq!(far, frames_with_tries(40, 90.0), "the same frames, the same tries");
+    assert_eq!(far, frames_with_tries(30, 90.0), "the same frames, the same tries");
 }

@@ -387,6 +387,27 @@ fn compare_measures_where_methods_project_points() {
     assert!(place.text("report/report.html").contains("Projection, pixels"));
 }
 
+/// Tiles have drawn the first one's picture: nothing is said of points that it would have projected.
+#[test]
+fn compare_says_who_has_drawn_and_measures_no_projection_of_others() {
+    let place = Workplace::new();
+    let words = ["compare", "builtin:sphere_room", "--report", "report", "--frames", "1", "--order", "1"];
+    let methods = ["--method", "path_perturbation:work=0", "--method", "path_perturbation"];
+    let said = place.ok(&[&words[..], &SMALL, &methods].concat());
+    let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("path_perturbation")).collect();
+    assert!(said.contains("drawn by") && rows[0].contains("tiles ") && !rows[0].contains("own "), "{said}");
+    assert!(rows[1].contains("own 100 %") && rows[0].matches('–').count() == 4, "{said}");
+    assert!(said.contains("of the paths that the method's own geometry has drawn"), "{said}");
+    let report = place.json("report/report.json");
+    assert!(report[0]["error"]["projection_px"].is_null(), "{report}");
+    assert!(report[1]["error"]["projection_px"]["count"].as_u64().unwrap() > 100, "{report}");
+    let share = |by: &str| report[0]["drawn_by"][by].as_f64().unwrap();
+    assert!(share("tiles") > 0.5 && share("method") == 0.0 && share("tiles") + share("rays") == 1.0, "{report}");
+    let page = place.text("report/report.html");
+    assert!(page.contains("Over half of the reflectors is drawn by tiles") && page.contains("own 100 %"));
+    assert!(page.contains(", mostly by tiles"));
+}
+
 #[test]
 fn a_picture_without_reflectors_has_no_reflector_error() {
     let place = Workplace::new();

@@ -2,8 +2,10 @@
 
 use catoptric_core::progress::Silent;
 use catoptric_engine::method::Quality;
-use catoptric_engine::method::projector::{Projection, Projections, SpecularPath, VertexProjector};
-use catoptric_projection::measure::round_trip::{RoundTrip, RoundTripError, RoundTripOptions, round_trip};
+use catoptric_engine::method::projector::{PathBeginnings, Projection, Projections, SpecularPath, VertexProjector};
+use catoptric_projection::measure::round_trip::{
+    RoundTrip, RoundTripError, RoundTripOptions, round_trip, round_trip_without,
+};
 use catoptric_projection::parts::Answers;
 use catoptric_projection::planar_mirror;
 use catoptric_scenes::builtin;
@@ -72,6 +74,29 @@ fn paths_that_a_method_cannot_project_are_missing() {
     assert!(found.all.count > 10 && found.all.missing == 1.0 && found.all.p50.is_none(), "{found:?}");
     let nothing = measured("planar_mirror", 0, 5);
     assert_eq!(nothing, RoundTrip::default());
+}
+
+/// What goes on from a mirror belongs to it at any order: of two mirrors each has what the other one has not.
+#[test]
+fn paths_that_are_left_to_others_are_not_asked_for() {
+    let scene = Arc::new(builtin::parse("planar_mirror?mirrors=2").unwrap().pose(&Default::default()).unwrap());
+    let view = scene.default_view(160, 120);
+    let method = (planar_mirror::INFO.create)(&Default::default()).unwrap();
+    let mut prepared = method.prepare(&scene, Quality { samples: 1, order: 2 }, None, &Silent).unwrap();
+    let frame = prepared.frame(&view, &Silent).unwrap();
+    let projector = frame.projector().unwrap();
+    let mirrors = scene.specular_objects();
+    let counts = |left: &[u32]| {
+        let mut paths = PathBeginnings::default();
+        paths.extend(left.iter().map(|object| (Vec::new(), *object)));
+        let options = RoundTripOptions { order: 2, every: 2 };
+        let found = round_trip_without(&scene, &view, (projector.as_ref(), &paths), options, &Silent).unwrap();
+        [found.orders[0].count, found.orders[1].count]
+    };
+    let ([all, one, other], none) = ([&[][..], &mirrors[..1], &mirrors[1..]].map(counts), counts(&mirrors));
+    assert_eq!((mirrors.len(), none), (2, [0, 0]));
+    assert!(one[0] > 100 && other[0] > 100 && all[1] > 100, "{all:?} {one:?} {other:?}");
+    assert_eq!(all, [one[0] + other[0], one[1] + other[1]]);
 }
 
 #[test]
