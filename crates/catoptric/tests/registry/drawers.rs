@@ -25,11 +25,11 @@ fn every_pixel_of_a_reflector_is_drawn_by_one_of_three() {
         // By rays through the middles of pixels, where the only sample of one is.
         let seen = specular_mask(&scene, &view).into_iter().filter(|shows| *shows).count();
         for id in WITH_MESHES.iter().copied().chain(["auto", "multiperspective", "planar_mirror"]) {
-            // What meshes are of does not depend on samples.
-            let samples_of_all: &[u32] = if name == "two_spheres" { &[1, 4] } else { &[1] };
+            // Enough work for some paths of one scene: that is slow.
+            let (work, samples_of_all) = if name == "two_spheres" { (4.0, &[1, 4][..]) } else { (0.5, &[1][..]) };
             for &samples in samples_of_all {
-                let settings = if WITH_MESHES.contains(&id) { "work = 1.5" } else { "" };
-                let report = draw(id, settings, &scene, &view, Quality { samples, order: 2 }).report;
+                let settings = if WITH_MESHES.contains(&id) { format!("work = {work:.1}") } else { String::new() };
+                let report = draw(id, &settings, &scene, &view, Quality { samples, order: 2 }).report;
                 let [all, method, tiles, rays] = counted(&report);
                 let what = format!("{id} {name}, {samples} samples: {all} of {seen}, {method} {tiles} {rays}");
                 assert_eq!(all, method + tiles + rays, "{what}");
@@ -41,7 +41,7 @@ fn every_pixel_of_a_reflector_is_drawn_by_one_of_three() {
             }
         }
     }
-    assert!(by_both >= 3, "{by_both} pictures are drawn by methods and tiles");
+    assert!(by_both >= 2, "{by_both} pictures are drawn by methods and tiles");
 }
 
 /// The overlay of tiles says of every pixel of a single sample how its first bounce is drawn.
