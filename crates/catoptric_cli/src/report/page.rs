@@ -66,11 +66,11 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                         "through glass; missing is the share of points that it does not find, invented that of answers "
                         "where the point does not appear. "
                         "Drawn by: the shares of the reflectors' pixels by what has drawn them: the method's own \
-                        geometry, tiles (the method multiperspective), or rays, one by one; a pixel of which tiles \
-                        have drawn any part counts as theirs. "
+                        geometry, tiles (the method multiperspective), or rays, one by one; a pixel of which \
+                        tiles have drawn any part counts as theirs. "
                         @if report.any_left_to_tiles() {
-                            "Projection is measured on the paths that the method's own geometry has drawn, and on none \
-                            where it has drawn none. "
+                            "Projection is measured on the paths that the method's own geometry has drawn, and on \
+                            none where it has drawn none. "
                         }
                         "A frame is the median of the frames after the first; the first, a circle in the plot, makes "
                         "what later ones keep. "

@@ -96,7 +96,7 @@ impl FailedPaths {
 
     /// Notes what came of a frame's tries: those that failed and those that did not.
     pub(super) fn note(&mut self, tries: &PathTries, (scene, view): (&Scene, &View), work: u64) {
-        tries.done.iter().for_each(|beginning| drop(self.failures.remove(beginning)));
+        self.failures.retain(|beginning, _| !tries.done.contains(beginning));
         for beginning in tries.failed.iter() {
             let known = self.failures.get(beginning);
             if known.is_some_and(|known| known.frame == self.frame) {
@@ -111,6 +111,16 @@ impl FailedPaths {
             self.failures.insert(beginning.clone(), failure);
         }
     }
+}
+
+/// The paths of a frame that are done as a whole or not at all.
+#[derive(Debug, Default)]
+pub(super) struct WholePaths {
+    /// Those that are left to something else.
+    pub(super) undone: PathBeginnings,
+    /// How many of these were not tried, as they have failed before.
+    pub(super) not_tried: u64,
+    pub(super) tries: PathTries,
 }
 
 /// What came of the paths that a frame has tried.

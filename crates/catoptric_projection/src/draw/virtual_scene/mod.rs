@@ -22,11 +22,10 @@ use catoptric_engine::method::projector::{PathBeginnings, SpecularPath, VertexPr
 use catoptric_engine::method::{Job, Report};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
-use failed_paths::FailedPaths;
+use failed_paths::{FailedPaths, WholePaths};
 use maker::{FirstMesh, MeshMaker, PathObject};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use whole_paths::WholePaths;
 
 /// Data that depend on the scene alone, and the virtual meshes of the last view.
 pub struct VirtualScene {
@@ -182,7 +181,8 @@ impl VirtualScene {
     }
 
     /// The geometry of a view's paths, and what was left out of it. Makes the virtual meshes that are missing, with
-    /// about as much work; if paths are to be whole, those that take more are left out, and those that are given are not tried.
+    /// about as much work; if paths are to be whole, those that take more are left out, and those that are given are
+    /// not tried.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -206,7 +206,7 @@ impl VirtualScene {
         let mut is_drawn = vec![true; projector.paths().len()];
         let mut paths_left = PathBeginnings::default();
         let made = if let Some(without) = whole {
-            let WholePaths { made, undone, not_tried, tries } = maker.add_whole(&pairs, (work, without))?;
+            let (made, WholePaths { undone, not_tried, tries }) = maker.add_whole(&pairs, (work, without))?;
             self.locked_failed().note(&tries, (job.scene, job.view), work);
             for (drawn, path) in is_drawn.iter_mut().zip(projector.paths()) {
                 *drawn = !undone.hold(path);

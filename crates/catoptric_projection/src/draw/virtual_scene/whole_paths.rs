@@ -2,7 +2,7 @@
 
 use super::super::virtual_mesh::Allowance;
 use super::MadeMeshes;
-use super::failed_paths::PathTries;
+use super::failed_paths::WholePaths;
 use super::maker::{MeshMaker, PathObject};
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_engine::method::projector::{PathBeginning, PathBeginnings, VertexProjector};
@@ -18,17 +18,6 @@ const EVEN_SHARES: u64 = 2;
 /// A path that would have had so many times the work, had others not failed before it, has had no fair try, unless it
 /// is expected to need even more: it is tried again when they are not.
 const FAIR_SHARES: u64 = 2;
-
-/// The paths of a frame.
-#[derive(Default)]
-pub(super) struct WholePaths {
-    pub(super) made: MadeMeshes,
-    /// Those that are left to something else.
-    pub(super) undone: PathBeginnings,
-    /// How many of these were not tried, as they have failed before.
-    pub(super) not_tried: u64,
-    pub(super) tries: PathTries,
-}
 
 /// What came of one path.
 struct PathTry {
@@ -64,7 +53,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         &self,
         pairs: &[PathObject],
         (work, without): (u64, &PathBeginnings),
-    ) -> Result<WholePaths, Cancelled> {
+    ) -> Result<(MadeMeshes, WholePaths), Cancelled> {
         let mut paths: Vec<Vec<PathObject>> = vec![Vec::new(); self.projector.paths().len()];
         for key in pairs {
             paths[key.0 as usize].push(*key);
@@ -73,7 +62,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         paths.sort_by_key(|pairs| (self.length(pairs[0]), pairs[0]));
         let steps: u64 = pairs.iter().map(|key| self.steps(*key)).sum();
         let stage = Stage::begin(self.job.progress, "projecting", steps as usize)?;
-        let mut found = WholePaths::default();
+        let (mut made, mut found) = (MadeMeshes::default(), WholePaths::default());
         let is_wanted = |beginning: &PathBeginning| !without.contains(beginning);
         found.undone.extend(self.projector.left_out().iter().filter_map(PathBeginnings::of));
         let failed = self.projector.left_out_for_work().iter().filter_map(PathBeginnings::of);
@@ -100,7 +89,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                     continue;
                 }
                 let allowed = RemainingWork::allowed(remaining.left, for_longer, shares);
-                let PathTry { taken, expected } = self.add_path(pairs, allowed, &mut found.made, &stage)?;
+                let PathTry { taken, expected } = self.add_path(pairs, allowed, &mut made, &stage)?;
                 if let Some(expected) = expected {
                     let fair = RemainingWork::allowed(remaining.left + remaining.wasted, for_longer, shares);
                     if fair < FAIR_SHARES * allowed || fair < expected {
@@ -117,7 +106,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         // At a lens one of two paths may be whole.
         found.tries.done.retain(|own| !found.undone.contains(own));
         found.not_tried = found.undone.iter().filter(|own| !is_wanted(own)).count() as u64;
-        Ok(found)
+        Ok((made, found))
     }
 
     /// Forgets meshes of earlier frames.
