@@ -188,10 +188,10 @@ impl Stats {
         }
     }
 
-    /// The share of the reflectors' pixels that tiles have drawn in the method's place.
+    /// The share of the reflectors' pixels that tiles, and rays at their rims, have drawn in the method's place.
     pub(crate) fn share_left_to_tiles(&self) -> f64 {
         let are_left = self.counts.fallbacks.contains_key("paths_drawn_by_tiles");
-        self.drawn_by.filter(|_| are_left).map_or(0.0, |drawn_by| drawn_by.tiles)
+        self.drawn_by.filter(|_| are_left).map_or(0.0, |drawn_by| 1.0 - drawn_by.method)
     }
 
     /// What was chosen for how many reflectors, and why; `None` for methods that choose nothing.

@@ -215,8 +215,8 @@ fn card(index: usize, entry: &Entry) -> Markup {
                     }
                     @if is_by_tiles(measured) {
                         p.note {
-                            "Over half of the reflectors is drawn by tiles (the method multiperspective), not by this \
-                            method: "
+                            "Over half of the reflectors is drawn by tiles and rays (the method multiperspective), not \
+                            by this method: "
                             (measured.stats.drawn_by.map_or_else(String::new, |by| by.words()))
                         }
                     }
@@ -236,7 +236,7 @@ fn card(index: usize, entry: &Entry) -> Markup {
     }
 }
 
-/// True if tiles have drawn over half of the reflectors' pixels in the method's place.
+/// True if tiles, and rays at their rims, have drawn over half of the reflectors' pixels in the method's place.
 fn is_by_tiles(measured: &Measured) -> bool {
     measured.stats.share_left_to_tiles() > 0.5
 }

@@ -391,9 +391,9 @@ fn compare_measures_where_methods_project_points() {
 #[test]
 fn compare_says_who_has_drawn_and_measures_no_projection_of_others() {
     let place = Workplace::new();
-    let words = ["compare", "builtin:sphere_room", "--report", "report", "--frames", "1", "--order", "1"];
-    let methods = ["--method", "path_perturbation:work=0", "--method", "path_perturbation"];
-    let said = place.ok(&[&words[..], &SMALL, &methods].concat());
+    let words = ["compare", "builtin:sphere_room", "--report", "report", "--order", "1", "--samples", "1"];
+    let methods = ["--size", "240x180", "--method", "path_perturbation:work=0", "--method", "path_perturbation"];
+    let said = place.ok(&[&words[..], &methods].concat());
     let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("path_perturbation")).collect();
     assert!(said.contains("drawn by") && rows[0].contains("tiles ") && !rows[0].contains("own "), "{said}");
     assert!(rows[1].contains("own 100 %") && rows[0].matches('–').count() == 4, "{said}");
@@ -404,7 +404,7 @@ fn compare_says_who_has_drawn_and_measures_no_projection_of_others() {
     let share = |by: &str| report[0]["drawn_by"][by].as_f64().unwrap();
     assert!(share("tiles") > 0.5 && share("method") == 0.0 && share("tiles") + share("rays") == 1.0, "{report}");
     let page = place.text("report/report.html");
-    assert!(page.contains("Over half of the reflectors is drawn by tiles") && page.contains("own 100 %"));
+    assert!(page.contains("Over half of the reflectors is drawn by tiles and rays") && page.contains("own 100 %"));
     assert!(page.contains(", mostly by tiles"));
 }
 
