@@ -64,6 +64,22 @@ fn tiles_and_rays_are_counted_as_their_overlay_shows_them() {
     }
 }
 
+#[test]
+fn overlays_of_paths_name_those_that_tiles_draw() {
+    let scene = Arc::new(scene("two_spheres?tess=12"));
+    let view = scene.default_view(80, 60);
+    let groups = |settings: &str| {
+        let table = toml::from_str(settings).expect("lines of TOML");
+        let method = methods::create("explosion_map", &table).expect("settings");
+        let mut prepared = method.prepare(&scene, QUALITY, None, &Silent).expect("a scene");
+        let frame = prepared.frame(&view, &Silent).expect("a view");
+        frame.overlay(OverlayKind::Paths, &Silent).expect("a view").expect("all have it").groups
+    };
+    let (own, tiles) = (groups(""), groups("work = 0.0"));
+    assert!(own.len() == 2 && own.iter().all(|name| !name.contains("tiles")), "{own:?}");
+    assert_eq!(tiles, own.iter().map(|name| format!("{name}, by tiles")).collect::<Vec<_>>());
+}
+
 /// A pot whose paths take too much work, and its view, turned by an angle about it.
 fn pot() -> (Scene, impl Fn(f32) -> View) {
     let scene = scene("teapot?tess=8");
