@@ -45,7 +45,7 @@ fn expected_work(chunks: &[ProjectedChunk], points: &[&[Vec3]]) -> u64 {
         let shares = (chunk.work, points.len() as u64, chunk.known().max(1) as u64);
         shares.0.saturating_mul(shares.1) / shares.2
     };
-    chunks.iter().zip(points).map(of_chunk).sum()
+    chunks.iter().zip(points).map(of_chunk).fold(0, u64::saturating_add)
 }
 
 /// A chunk of points.
@@ -90,7 +90,7 @@ impl ProjectedPoints {
                     chunk.go_on(projector, object, points[index], first);
                 })?;
             }
-            let is_hopeless = is_tried && expected_work(&taken, &points) > HOPELESS * allowed;
+            let is_hopeless = is_tried && expected_work(&taken, &points) > HOPELESS.saturating_mul(allowed);
             parallel::for_each_mut_within(stage, &mut taken, |index, chunk| {
                 // A cancelled stage ends with the chunk: nothing is to be done about it here.
                 let _ = stage.advance(if round == 0 { points[waiting[index]].len() as u64 } else { 0 });

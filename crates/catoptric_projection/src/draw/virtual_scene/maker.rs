@@ -48,7 +48,7 @@ impl FirstMesh {
         if self.points == 0 || self.points >= points {
             return self.work;
         }
-        2 * self.work.saturating_mul(points) / self.points
+        (self.work.saturating_mul(points) / self.points).saturating_mul(2)
     }
 
     /// True if it would be the same with this much work allowed.

@@ -92,7 +92,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                 let PathTry { taken, expected } = self.add_path(pairs, allowed, &mut made, &stage)?;
                 if let Some(expected) = expected {
                     let fair = RemainingWork::allowed(remaining.left + remaining.wasted, for_longer, shares);
-                    if fair < FAIR_SHARES * allowed || fair < expected {
+                    if fair / FAIR_SHARES < allowed || fair < expected {
                         found.tries.failed.add(beginning.clone());
                     }
                     remaining.wasted += taken.min(remaining.left);
