@@ -8,15 +8,14 @@ mod settings;
 pub use settings::AutoSettings;
 
 use super::draw::MapsInView;
-use super::draw::flat_mirrors::{MirroredScenes, Mirrors, OtherReflectors, has_flat_faces, visible_paths};
-use super::draw::multiperspective::{TileModel, TiledScene};
+use super::draw::flat_mirrors::{MirroredScenes, Mirrors, OtherReflectors, visible_paths};
+use super::draw::multiperspective::{TileModel, TiledScene, follows_lenses};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress};
 use catoptric_core::scene::{Role, Scene, View};
 use catoptric_engine::error::RenderError;
-use catoptric_engine::light::bodies::bodies_meet;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::{
@@ -125,21 +124,6 @@ fn max_copies(scene: &Scene) -> usize {
     MAX_COPIED_TRIANGLES / scene.triangles.len().max(1)
 }
 
-/// Tiles of longer paths through curved glass, and through glass with flat faces, take longer than rays.
-const MOST_TILED_ORDERS: [u32; 2] = [2, 4];
-
-/// Returns true if rays, in place of tiles, follow the lenses that are seen directly or in flat mirrors: on long paths,
-/// and where bodies may touch or lie within each other, as tiles know of vacuum alone about each of them.
-fn follows_lenses(scene: &Scene, quality: Quality) -> bool {
-    let lenses = || (0..scene.objects.len() as u32).filter(|object| scene.role_of(*object) == Role::Lens);
-    let [of_curved, of_flat] = MOST_TILED_ORDERS;
-    let is_long = || match quality.order {
-        order if order > of_flat => true,
-        order => order > of_curved && !lenses().all(|object| has_flat_faces(scene, object)),
-    };
-    lenses().next().is_some() && (is_long() || bodies_meet(scene))
-}
-
 /// What is chosen for every reflector and lens, and why.
 fn choices(scene: &Scene, mirrors: &Mirrors, follows_lenses: bool) -> Vec<Choice> {
     let mut planes = vec![0u32; scene.objects.len()];
@@ -193,7 +177,7 @@ impl Frame for ChoiceFrame<'_> {
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         report.counts.insert("lists", lists.len() as u64);
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        report.add(tiled.draw(&job, &lists, self.model(), MapsInView::default(), target)?);
+        report.add(tiled.draw(&job, &lists, Some(self.model()), MapsInView::default(), target)?);
         Ok(report)
     }
 

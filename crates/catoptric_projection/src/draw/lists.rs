@@ -44,6 +44,35 @@ pub(super) fn draw_lists(
     lists
 }
 
+/// Has no list go on at triangles (sorted) that are seen directly.
+///
+/// Their groups are other ones, which no list is confined to: beyond the objects.
+pub(super) fn leave_to_tiles(scene: &Scene, lists: &mut [DrawList], triangles: &[u32]) {
+    let (Some(seen), false) = (lists.first_mut(), triangles.is_empty()) else { return };
+    for triangle in &mut seen.triangles {
+        if triangle.group != 0 && triangles.binary_search(&triangle.source).is_ok() {
+            triangle.group += scene.objects.len() as u32;
+        }
+    }
+}
+
+/// Ends the paths of lists at lenses at which no list goes on: rays follow them there.
+pub(super) fn leave_lenses_to_rays(scene: &Scene, lists: &mut [DrawList]) {
+    let stencils = lists.iter().filter_map(|list| list.stencil);
+    let continued: BTreeSet<(u32, u32)> = stencils.map(|stencil| (stencil.list, stencil.group)).collect();
+    for (number, list) in (0..).zip(lists) {
+        for triangle in &mut list.triangles {
+            let is_lens = || {
+                let object = scene.triangle_objects.get(triangle.source as usize);
+                object.is_some_and(|object| scene.role_of(*object) == Role::Lens)
+            };
+            if triangle.group != 0 && !continued.contains(&(number, triangle.group)) && is_lens() {
+                triangle.group = 0;
+            }
+        }
+    }
+}
+
 /// The object plus 1 of reflectors and lenses at which paths go on, or 0.
 fn group(scene: &Scene, maps: Option<&ReflectorMaps>, object: u32, goes_on: bool) -> u32 {
     let mapped = maps.is_some_and(|maps| maps.has(object));
@@ -120,7 +149,7 @@ pub(super) fn lists_of_paths(
 }
 
 /// The lists of a view's geometry without that of what is seen directly.
-pub(super) fn path_lists(job: &Job<'_>, found: VirtualGeometry) -> PathLists {
+pub(super) fn path_lists(job: &Job<'_>, found: VirtualGeometry<'_>) -> PathLists {
     let has_rest = !found.paths_left.is_empty();
     let ends = if has_rest { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
     let specular = job.scene.specular_objects();

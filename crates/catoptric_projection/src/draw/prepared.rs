@@ -6,7 +6,7 @@ use super::lists::path_lists;
 use super::overlays::ShownPixels;
 use super::virtual_mesh::{Ends, MeshQuality, SteadySource};
 use super::virtual_scene::{MeshesOfView, MirrorState, VirtualGeometry, VirtualScene};
-use super::work_limit::{BeyondWork, ExactTiles, FrameWork, LazyTiles, WorkLimit};
+use super::work_limit::{ExactTiles, FrameWork, LazyTiles, WorkLimit};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::{Progress, Silent, Stage};
@@ -114,6 +114,11 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// The environment maps that take the place of projections.
     fn maps<'a>(&self, _data: &'a Self::ViewData) -> MapsInView<'a> {
         MapsInView::default()
+    }
+
+    /// Triangles of the scene that show lenses where appearances are wrong, seen directly, sorted.
+    fn wrong_triangles<'a>(&self, _data: &'a Self::ViewData) -> &'a [u32] {
+        &[]
     }
 
     /// The work that a frame may take.
@@ -274,7 +279,7 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         if let Some(bake) = bake {
             self.0.take_bake(&mut mirrors, scene, quality, bake)?;
         }
-        let tiles = LazyTiles::new(self.0.work_limit(), scene, &mut stages)?;
+        let tiles = LazyTiles::new(self.0.work_limit(), (scene, quality), &mut stages)?;
         let (method, scene, report) = (self.0.clone(), scene.clone(), stages.report);
         Ok(Box::new(PreparedProjection {
             method,
@@ -303,7 +308,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
         if !same_mirrors {
             self.method.take_moved(&mut mirrors, &self.mirrors, (scene, virtual_scene.mirror_state()));
         }
-        let tiles = LazyTiles::of_moment(&self.tiles, scene, progress)?;
+        let tiles = LazyTiles::of_moment(&self.tiles, (scene, quality), progress)?;
         // Nothing fails from here on.
         if same_mirrors {
             virtual_scene.take_meshes(&self.virtual_scene);
@@ -451,18 +456,18 @@ impl<M: MeshProjection> ProjectionFrame<'_, M> {
         &self,
         ends: Ends,
         progress: &dyn Progress,
-    ) -> Result<(VirtualGeometry, Option<ExactTiles<'_>>), RenderError> {
+    ) -> Result<(VirtualGeometry<'_>, ExactTiles<'_>), RenderError> {
         let Self { method, scene, virtual_scene, tiles, last: LastView { view, without, .. }, work, .. } = self;
-        let tiles = ExactTiles { scene, tables: tiles };
-        let tiles = (method.work_limit().beyond == BeyondWork::Tiles).then_some(tiles);
+        let tiles = ExactTiles { scene, tables: tiles, beyond: method.work_limit().beyond };
         let Some(data) = self.data_with(ends, progress)? else {
             return Ok((VirtualGeometry::all_left(first_bounces(scene, view)), tiles));
         };
         let projector = &method.projector(&Context { ends, ..self.context(0, without) }, data);
         let quality = MeshQuality { ends, ..method.mesh_quality(view) };
         let meshes = MeshesOfView { projector, quality, steady: M::steady(projector) };
-        let whole = tiles.is_some().then_some(without);
-        let found = virtual_scene.geometry(&self.job(progress), &meshes, (work.meshes, whole), method.maps(data))?;
+        let whole = tiles.go_on().then_some(without);
+        let instead = (method.maps(data), method.wrong_triangles(data));
+        let found = virtual_scene.geometry(&self.job(progress), &meshes, (work.meshes, whole), instead)?;
         Ok((found, tiles))
     }
 }
@@ -474,7 +479,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
         let (found, tiles) = self.geometry(self.method.work_limit().ends(), progress)?;
-        found.draw(&self.job(progress), tiles.as_ref(), self.maps(), target)
+        found.draw(&self.job(progress), &tiles, self.maps(), target)
     }
 
     fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
@@ -487,7 +492,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
             Some(data) => self.method.own_overlay(kind, &self.context(0, without), data, (shown, drawn), progress),
             None => Ok(Some(Overlay::new(kind, [view.width, view.height]))),
         };
-        found.overlay(kind, &self.job(progress), tiles.as_ref(), self.maps(), own)
+        found.overlay(kind, &self.job(progress), &tiles, self.maps(), own)
     }
 
     fn path_lists(&self, progress: &dyn Progress) -> Result<Option<PathLists>, RenderError> {

@@ -1,16 +1,16 @@
 //! The work that a frame of a method with virtual meshes may take, and what draws the paths beyond it.
 
-use super::lists::{EndsOfPaths, draw_lists};
-use super::multiperspective::{TileModel, TiledScene};
+use super::lists::{EndsOfPaths, draw_lists, leave_lenses_to_rays, leave_to_tiles};
+use super::multiperspective::{TileModel, TiledScene, follows_lenses, spreads_light};
 use super::overlays::ShownPixels;
 use super::prepared::Stages;
 use super::virtual_mesh::Ends;
-use super::{MapsInView, PathGeometry};
+use super::{MapsInView, PathGeometry, draw_paths_with};
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::Progress;
 use catoptric_core::scene::{Scene, View};
 use catoptric_engine::error::RenderError;
-use catoptric_engine::method::{Job, Report, declare_choices};
+use catoptric_engine::method::{Job, Quality, Report, declare_choices};
 use catoptric_engine::raster::{self, DrawList, Fragment, FragmentShader, scene_draw_list};
 use glam::Vec3;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -136,14 +136,22 @@ impl FragmentShader for Unshaded {
 /// The bundles of tiles may miss their rays by this much: the default of `multiperspective`.
 const TILE_ACCURACY_PX: f32 = 0.5;
 
-/// Tiles that draw what meshes do not.
+/// Tiles that draw what meshes do not, and the light of what is rough.
 pub(crate) struct ExactTiles<'a> {
     pub(super) scene: &'a Arc<Scene>,
     pub(super) tables: &'a LazyTiles,
+    pub(super) beyond: BeyondWork,
 }
 
 impl ExactTiles<'_> {
-    /// Draws geometry of paths, and by tiles what is seen where no path goes on.
+    /// True if paths that meshes do not draw are left to tiles.
+    pub(super) fn go_on(&self) -> bool {
+        self.beyond == BeyondWork::Tiles
+    }
+
+    /// Draws geometry of paths; with `ends` that go on, by tiles what is seen where no path does.
+    ///
+    /// What is rough is drawn as tiles do it, whoever draws the paths.
     ///
     /// # Errors
     /// As [`catoptric_engine::raster::draw`].
@@ -151,14 +159,25 @@ impl ExactTiles<'_> {
         &self,
         job: &Job<'_>,
         geometry: Vec<PathGeometry>,
+        (ends, wrong_triangles): (EndsOfPaths, &[u32]),
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
         let mut report = Report::default();
+        let by_tiles = ends == EndsOfPaths::GoOn;
+        if !by_tiles && !spreads_light(job.scene) {
+            return Ok(draw_paths_with(job, geometry, maps, target)?.1);
+        }
         let tables = self.tables.get(self.scene, &mut report, job.progress)?;
-        let lists = draw_lists(job, geometry, maps.whole, EndsOfPaths::GoOn);
+        let mut lists = draw_lists(job, geometry, maps.whole, ends);
+        if by_tiles {
+            leave_to_tiles(job.scene, &mut lists, wrong_triangles);
+            if self.tables.follows_lenses {
+                leave_lenses_to_rays(job.scene, &mut lists);
+            }
+        }
         let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false, turns_normals: false };
-        report.add(tables.draw(job, &lists, model, maps, target)?);
+        report.add(tables.draw(job, &lists, by_tiles.then_some(model), maps, target)?);
         Ok(report)
     }
 
@@ -183,9 +202,10 @@ impl ExactTiles<'_> {
 const MANY_TRIANGLES: usize = 100_000;
 
 /// The tables of tiles, made when they are first needed, or before.
-#[derive(Default)]
 pub(crate) struct LazyTiles {
     made: OnceLock<TiledScene>,
+    /// Rays follow lenses in place of tiles.
+    follows_lenses: bool,
 }
 
 impl LazyTiles {
@@ -193,8 +213,12 @@ impl LazyTiles {
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
-    pub(super) fn new(limit: WorkLimit, scene: &Arc<Scene>, stages: &mut Stages<'_>) -> Result<Self, RenderError> {
-        let tables = Self::default();
+    pub(super) fn new(
+        limit: WorkLimit,
+        (scene, quality): (&Arc<Scene>, Quality),
+        stages: &mut Stages<'_>,
+    ) -> Result<Self, RenderError> {
+        let tables = Self { made: OnceLock::new(), follows_lenses: follows_lenses(scene, quality) };
         if limit.beyond == BeyondWork::Tiles && scene.triangles.len() > MANY_TRIANGLES {
             tables.get(scene, &mut stages.report, stages.progress)?;
         }
@@ -205,12 +229,30 @@ impl LazyTiles {
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
-    pub(super) fn of_moment(old: &Self, scene: &Arc<Scene>, progress: &dyn Progress) -> Result<Self, RenderError> {
-        let made = OnceLock::new();
+    pub(super) fn of_moment(
+        old: &Self,
+        (scene, quality): (&Arc<Scene>, Quality),
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        let tables = Self { made: OnceLock::new(), follows_lenses: follows_lenses(scene, quality) };
         if let Some(old) = old.made.get() {
-            let _ = made.set(TiledScene::new(scene, Some(old), &mut Report::default(), progress)?);
+            let _ = tables.made.set(tables.make(scene, Some(old), &mut Report::default(), progress)?);
         }
-        Ok(Self { made })
+        Ok(tables)
+    }
+
+    fn make(
+        &self,
+        scene: &Arc<Scene>,
+        old: Option<&TiledScene>,
+        report: &mut Report,
+        progress: &dyn Progress,
+    ) -> Result<TiledScene, RenderError> {
+        let mut tiled = TiledScene::new(scene, old, report, progress)?;
+        if self.follows_lenses {
+            tiled.follow_lenses();
+        }
+        Ok(tiled)
     }
 
     /// The tables of the scene.
@@ -226,7 +268,7 @@ impl LazyTiles {
         if let Some(made) = self.made.get() {
             return Ok(made);
         }
-        let tiled = TiledScene::new(scene, None, report, progress)?;
+        let tiled = self.make(scene, None, report, progress)?;
         Ok(self.made.get_or_init(|| tiled))
     }
 }

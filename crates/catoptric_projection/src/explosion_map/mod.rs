@@ -37,8 +37,8 @@ pub static INFO: MethodInfo = MethodInfo {
         draws: "every object as a virtual mesh in each mirror or lens that shows it; what takes too much work by tiles",
         costs: "maps of each reflector and the virtual meshes for every view; reflectors in which rays cross often \
             are drawn by tiles, as the work of a frame ends before",
-        cannot: "rims of caustics are ragged, glass balls have a thin dark ring at order 2, and nothing may stand \
-            inside a lens",
+        cannot: "rims of caustics are ragged, parts of lenses beside rims and where rays cross are left to tiles, and \
+            nothing may stand inside a lens",
         useful: &["preset", "variant", "spheres"],
     },
     cpu: true,

@@ -2,6 +2,7 @@
 //! the counting of their work.
 
 pub mod exact_search;
+pub(super) mod lens_check;
 pub(super) mod node_sightings;
 pub mod path_visibility;
 pub(super) mod polish;

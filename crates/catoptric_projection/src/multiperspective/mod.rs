@@ -125,7 +125,7 @@ impl Frame for TilesFrame<'_> {
         let list = self.seen();
         let mut report = Report { stages_ms: vec![("project", watch.lap_ms())], ..Report::default() };
         let job = Job { scene, view: &self.view, quality: *quality, progress };
-        report.add(tiled.draw(&job, &[list], self.model(), MapsInView::default(), target)?);
+        report.add(tiled.draw(&job, &[list], Some(self.model()), MapsInView::default(), target)?);
         Ok(report)
     }
 

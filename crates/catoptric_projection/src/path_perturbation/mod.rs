@@ -14,6 +14,7 @@ use crate::draw::far_maps::FarMaps;
 use crate::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::draw::virtual_mesh::{Ends, MeshQuality};
 use crate::draw::work_limit::WorkLimit;
+use crate::find::lens_check::{COARSE_TOLERANCE_PX, TOLERANCE_PX, WrongInLenses, wrong_in_lenses};
 use crate::find::ray_map::{PathRays, RayMap, Sampling, Specular, ViewField, eye_of};
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::{PreciseView, Scene, View};
@@ -63,6 +64,7 @@ struct PathPerturbation(PathPerturbationSettings);
 /// The rays of a view, and what is far from the reflectors in it.
 struct ViewRays {
     map: RayMap,
+    wrong: WrongInLenses,
     /// `None` until they are captured, and if no maps are wanted.
     far: Option<FarInView>,
     /// Maps of an earlier view or moment.
@@ -119,7 +121,13 @@ impl MeshProjection for PathPerturbation {
         let field = ViewField::new(view, margin_px(settings));
         let map = RayMap::build(&specular, &field, &sampling, &around(&scene.bounds), rule(settings), stages.progress)?;
         stages.report.counts.insert("rays_traced", map.rays_traced);
-        Ok(ViewRays { map, far: None, old: None })
+        let mut data = ViewRays { map, wrong: WrongInLenses::default(), far: None, old: None };
+        if context.is_for_picture {
+            let tolerance_px = if settings.polish == 0 { COARSE_TOLERANCE_PX } else { TOLERANCE_PX };
+            let projector = self.projector(context, &data);
+            data.wrong = wrong_in_lenses(&projector, &specular, view, tolerance_px, stages.progress)?;
+        }
+        Ok(data)
     }
 
     /// Finds the far objects and captures their maps.
@@ -171,6 +179,10 @@ impl MeshProjection for PathPerturbation {
         report.add_fallback("samples_left_coarse", map.left_coarse);
     }
 
+    fn wrong_triangles<'a>(&self, data: &'a ViewRays) -> &'a [u32] {
+        &data.wrong.triangles
+    }
+
     fn work_limit(&self) -> WorkLimit {
         self.0.work_limit()
     }
@@ -195,6 +207,7 @@ impl MeshProjection for PathPerturbation {
         };
         Perturber {
             map,
+            left_out: &data.wrong.paths,
             surfaces: virtual_scene.surfaces(scene),
             holes: map.groups.iter().zip(&ends).map(holes).collect(),
             paths,

@@ -80,6 +80,8 @@ const WORK_A_SAMPLE: u64 = 8;
 /// Projects scene points by perturbing sample rays.
 pub(super) struct Perturber<'a> {
     pub(super) map: &'a RayMap,
+    /// Paths that are wrong in lenses.
+    pub(super) left_out: &'a [SpecularPath],
     pub(super) surfaces: SpecularSurfaces<'a>,
     pub(super) paths: Vec<SpecularPath>,
     pub(super) eye: Eye,
@@ -120,6 +122,10 @@ impl VertexProjector for Perturber<'_> {
 
     fn holes(&self, path: u32) -> Option<&BlockMask> {
         self.holes.get(path as usize).filter(|holes| !holes.is_empty())
+    }
+
+    fn left_out(&self) -> &[SpecularPath] {
+        self.left_out
     }
 
     fn follow(&self, one: &Projection, point: Vec3, found: &mut Projections) {

@@ -90,7 +90,7 @@ impl VirtualObjectMethod for ReflectorSearchMethod {
         reflectors: &'a Reflectors<Self>,
         view: &'a View,
     ) -> impl Fn(&Reflector<'_>) -> Option<ReflectorSearch> + 'a {
-        let Reflectors { meshes, pictures: cubes } = reflectors;
+        let Reflectors { meshes, pictures: cubes, .. } = reflectors;
         let images = self.0.images;
         let size = map_size(self.0.map_size, meshes.len());
         let from_eye = |index: usize| ReflectorImage::from_eye(&meshes[index], view, size).map(Arc::new);

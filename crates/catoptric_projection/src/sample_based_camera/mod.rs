@@ -24,6 +24,7 @@ use crate::draw::overlays::ShownPixels;
 use crate::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
 use crate::draw::virtual_mesh::{Ends, MeshQuality};
 use crate::draw::work_limit::{BeyondWork, WorkLimit};
+use crate::find::lens_check::{TOLERANCE_PX, wrong_in_lenses};
 use crate::find::ray_map::{Specular, ViewField, eye_of};
 use cameras::{CameraBuilder, CameraDemand, Cameras, Counts};
 use catoptric_core::math::Aabb;
@@ -99,6 +100,8 @@ struct ViewCameras {
     cameras: Vec<Cameras>,
     /// Paths that have none, because there is too much to do for them.
     left_out: Vec<SpecularPath>,
+    /// Triangles of the scene that show lenses where appearances are wrong, seen directly, sorted.
+    wrong_triangles: Vec<u32>,
     environment: MappedReflectors,
 }
 
@@ -247,7 +250,15 @@ impl MeshProjection for SampleBasedCamera {
             left_out.extend(grid.drop_inaccurate(&mut cameras));
         }
         stages.report.counts.insert("rays_traced", grid.traced);
-        Ok(ViewCameras { bounds, grid, cameras, left_out, environment })
+        let mut data = ViewCameras { bounds, grid, cameras, left_out, wrong_triangles: Vec::new(), environment };
+        if context.is_for_picture {
+            let tolerance_px = TOLERANCE_PX.max(2.0 * accuracy_px);
+            let projector = self.projector(context, &data);
+            let wrong = wrong_in_lenses(&projector, &specular, view, tolerance_px, stages.progress)?;
+            data.wrong_triangles = wrong.triangles;
+            data.left_out.extend(wrong.paths);
+        }
+        Ok(data)
     }
 
     fn is_complete(&self, data: &ViewCameras) -> bool {
@@ -280,6 +291,10 @@ impl MeshProjection for SampleBasedCamera {
 
     fn maps<'a>(&self, data: &'a ViewCameras) -> MapsInView<'a> {
         data.environment.in_view()
+    }
+
+    fn wrong_triangles<'a>(&self, data: &'a ViewCameras) -> &'a [u32] {
+        &data.wrong_triangles
     }
 
     fn work_limit(&self) -> WorkLimit {

@@ -116,6 +116,7 @@ fn mirrored(scene: &Scene, view: &View, mirrors: &[Mirror], order: u32) -> Vec<P
                     vertices: positions.iter().map(|position| picture.apply(*position)).collect(),
                     triangles,
                     corners,
+                    ..PathGeometry::default()
                 });
                 longer.push((path, world_from_scene));
             }
@@ -310,6 +311,7 @@ fn through_slab(scene: &Scene, view: &View, order: u32) -> Vec<PathGeometry> {
                 vertices: places.iter().map(|place| picture.apply(place.unwrap_or(eye).as_vec3())).collect(),
                 triangles,
                 corners,
+                ..PathGeometry::default()
             });
         }
     }

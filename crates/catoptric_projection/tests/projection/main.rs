@@ -6,6 +6,7 @@ mod explosion_map;
 mod extrusions;
 mod faithful;
 mod far_objects;
+mod handed_over;
 mod path_perturbation;
 mod planar_mirror;
 mod reflector_search;

@@ -11,6 +11,8 @@ mod tiles;
 
 pub use shapes::{ObjectShape, object_shapes};
 
+use super::drawn_by::PixelsByOthers;
+use super::flat_mirrors::has_flat_faces;
 use super::lobe_lights::LobeLights;
 use super::overlays::{self, ShownPixels};
 use super::rough::{RoughMirrors, RoughReflections};
@@ -18,8 +20,9 @@ use super::{MapsInView, PathShader};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::{Progress, Stage};
-use catoptric_core::scene::Scene;
+use catoptric_core::scene::{Role, Scene};
 use catoptric_engine::error::RenderError;
+use catoptric_engine::light::bodies::bodies_meet;
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::light::wide_hierarchy::WideHierarchy;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
@@ -44,6 +47,29 @@ pub(crate) struct TileModel {
     pub(crate) by_rays: bool,
     /// Normal maps turn rays, and pixels that show such surfaces have their own.
     pub(crate) turns_normals: bool,
+}
+
+/// True if anything of a scene reflects or scatters light in lobes.
+pub(super) fn spreads_light(scene: &Scene) -> bool {
+    (0..scene.objects.len() as u32).any(|object| {
+        let material = scene.material_of(object);
+        material.may_spread_light() || material.lobes().is_some()
+    })
+}
+
+/// Tiles of longer paths through curved glass, and through glass with flat faces, take longer than rays.
+const MOST_TILED_ORDERS: [u32; 2] = [2, 4];
+
+/// Returns true if rays, in place of tiles, follow the lenses that are seen directly or in flat mirrors: on long paths,
+/// and where bodies may touch or lie within each other, as tiles know of vacuum alone about each of them.
+pub(crate) fn follows_lenses(scene: &Scene, quality: Quality) -> bool {
+    let lenses = || (0..scene.objects.len() as u32).filter(|object| scene.role_of(*object) == Role::Lens);
+    let [of_curved, of_flat] = MOST_TILED_ORDERS;
+    let is_long = || match quality.order {
+        order if order > of_flat => true,
+        order => order > of_curved && !lenses().all(|object| has_flat_faces(scene, object)),
+    };
+    lenses().next().is_some() && (is_long() || bodies_meet(scene))
 }
 
 /// What tiles need of a scene: it depends on no view.
@@ -110,8 +136,8 @@ impl TiledScene {
         of_rough.or(self.tracer.as_ref()).filter(|_| self.follows_rays)
     }
 
-    /// Draws lists, and what is seen in reflectors and through lenses at which no list goes on. Reflectors with
-    /// environment maps show these.
+    /// Draws lists, and with a model for tiles what is seen in reflectors and through lenses at which no list goes on;
+    /// else the environment. Reflectors with environment maps show these.
     ///
     /// # Errors
     /// As [`raster::draw`].
@@ -119,7 +145,7 @@ impl TiledScene {
         &self,
         job: &Job<'_>,
         lists: &[DrawList],
-        model: TileModel,
+        model: Option<TileModel>,
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
@@ -134,18 +160,27 @@ impl TiledScene {
         if lobe_lights.is_some() {
             report.stages_ms.push(("lobes", watch.lap_ms()));
         }
-        let source = self.reflections(job, model, maps, rough.as_ref(), None)?;
         let shader = PathShader::new(scene, view, quality.samples)
             .with_rough(rough.as_ref())
-            .with_turned_normals(model.turns_normals)
+            .with_turned_normals(model.is_some_and(|model| model.turns_normals))
             .with_maps(maps, quality.order)
             .with_lobes(self.tracer(), quality.order)
             .with_lobe_lights(lobe_lights.as_ref())
             .with_neighbours(&self.shapes.neighbours);
-        let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
+        let (drawn, by_others) = match model {
+            Some(model) => {
+                let source = self.reflections(job, model, maps, rough.as_ref(), None)?;
+                let drawn = raster::draw_with(view, quality.samples, lists, &source, &shader, target, progress)?;
+                source.counts.describe(&mut report);
+                (drawn, source.counts.pixels_by_others())
+            }
+            None => {
+                let drawn = raster::draw(view, quality.samples, lists, &shader, target, progress)?;
+                (drawn, PixelsByOthers::default())
+            }
+        };
         report.add_raster(&drawn);
-        source.counts.describe(&mut report);
-        shader.describe(source.counts.pixels_by_others(), &mut report);
+        shader.describe(by_others, &mut report);
         Ok(report)
     }
 

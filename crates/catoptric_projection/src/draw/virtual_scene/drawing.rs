@@ -1,19 +1,19 @@
 //! From the virtual geometry of a view to its picture and overlays: with tiles for the paths that it lacks.
 
-use super::super::lists::{EndsOfPaths, draw_lists};
+use super::super::MapsInView;
+use super::super::lists::{EndsOfPaths, draw_lists, leave_to_tiles};
 use super::super::overlays::{self, ShownPixels};
 use super::super::work_limit::ExactTiles;
-use super::super::{MapsInView, draw_paths_with};
 use super::VirtualGeometry;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_engine::error::RenderError;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
-use catoptric_engine::method::projector::{PathBeginnings, SpecularPath};
+use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginnings, SpecularPath};
 use catoptric_engine::method::{Job, Quality, Report, report};
 use catoptric_engine::raster;
 use std::collections::HashSet;
 
-impl VirtualGeometry {
+impl VirtualGeometry<'_> {
     /// That of a view all of whose paths are left to something else, without a try.
     pub(crate) fn all_left(paths_left: PathBeginnings) -> Self {
         let mut report = Report::default();
@@ -22,7 +22,7 @@ impl VirtualGeometry {
         report.counts.extend(none);
         report.counts.insert("paths_not_tried_again", count);
         report.add_fallback("paths_drawn_by_tiles", count);
-        Self { paths: Vec::new(), paths_left, has_holes: false, report }
+        Self { paths: Vec::new(), paths_left, paths_too_long: 0, wrong_triangles: &[], ends: EndsOfPaths::GoOn, report }
     }
 
     /// Rasterises it. Reflectors with environment maps show these, and maps of far objects take the place of their
@@ -33,25 +33,26 @@ impl VirtualGeometry {
     pub(crate) fn draw(
         self,
         job: &Job<'_>,
-        tiles: Option<&ExactTiles<'_>>,
+        tiles: &ExactTiles<'_>,
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
-        let Self { paths, paths_left, has_holes, mut report } = self;
-        if !paths_left.is_empty() {
+        let Self { paths, paths_left, paths_too_long, wrong_triangles, ends, mut report } = self;
+        if paths_too_long > 0 {
+            report.warnings.push(too_long_warning(tiles.go_on()));
+        }
+        if !wrong_triangles.is_empty() {
+            report.warnings.push(wrong_lenses_warning(tiles.go_on()));
+        }
+        let of_work = paths_left.len() as u64 > paths_too_long;
+        if tiles.go_on() && of_work {
             // The same for all frames, so that it is shown once.
             let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
                            `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
             report.warnings.push(warning.into());
         }
         report.warnings.extend(report::bumpy_surfaces(job.scene));
-        match tiles.filter(|_| has_holes || !paths_left.is_empty()) {
-            Some(tiles) => report.add(tiles.draw(job, paths, maps, target)?),
-            None => {
-                report.warnings.extend(report::rough_mirrors(job.scene));
-                report.add(draw_paths_with(job, paths, maps, target)?.1);
-            }
-        }
+        report.add(tiles.draw(job, paths, (ends, wrong_triangles), maps, target)?);
         Ok(report)
     }
 
@@ -64,20 +65,21 @@ impl VirtualGeometry {
         self,
         kind: OverlayKind,
         job: &Job<'_>,
-        tiles: Option<&ExactTiles<'_>>,
+        tiles: &ExactTiles<'_>,
         maps: MapsInView<'_>,
         own: impl FnOnce(&ShownPixels, &HashSet<SpecularPath>) -> Result<Option<Overlay>, RenderError>,
     ) -> Result<Option<Overlay>, RenderError> {
         let Job { scene, view, quality, progress } = *job;
         let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
-        let Self { paths, paths_left, has_holes, .. } = self;
-        let tiles = tiles.filter(|_| has_holes || !paths_left.is_empty());
-        let ends = if tiles.is_some() { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
+        let Self { paths, paths_left, wrong_triangles, ends, .. } = self;
         let drawn = paths.iter().map(|geometry| geometry.path.clone()).collect();
-        let lists = draw_lists(job, paths, maps.whole, ends);
-        let shown = match tiles {
-            Some(tiles) => tiles.shown(job, &lists, maps)?,
-            None => ShownPixels::of(scene, view, |shader, target| {
+        let mut lists = draw_lists(job, paths, maps.whole, ends);
+        let shown = match ends {
+            EndsOfPaths::GoOn => {
+                leave_to_tiles(scene, &mut lists, wrong_triangles);
+                tiles.shown(job, &lists, maps)?
+            }
+            EndsOfPaths::Environment => ShownPixels::of(scene, view, |shader, target| {
                 raster::draw(view, 1, &lists, shader, target, progress).map(drop)
             })?,
         };
@@ -86,5 +88,24 @@ impl VirtualGeometry {
             OverlayKind::VirtualTriangles => Some(overlays::virtual_triangles(scene, view, &lists, &shown, progress)?),
             OverlayKind::Tiles | OverlayKind::Leaves | OverlayKind::Layers => own(&shown, &drawn)?,
         })
+    }
+}
+
+/// The warning that appearances in parts of lenses are wrong.
+fn wrong_lenses_warning(by_tiles: bool) -> String {
+    let what = if by_tiles { "are drawn by tiles" } else { "are wrong" };
+    let cure = if by_tiles { "" } else { " (with `beyond_work = \"tiles\"` tiles draw them)" };
+    format!("parts of lenses {what}: the method finds no right places for what is seen there{cure}")
+}
+
+/// The warning that paths have more bounces than projected ones may have.
+fn too_long_warning(by_tiles: bool) -> String {
+    if by_tiles {
+        format!("paths of more than {MAX_BOUNCES} bounces are drawn by tiles: the method projects no longer ones")
+    } else {
+        format!(
+            "paths of more than {MAX_BOUNCES} bounces are not drawn: the method projects no longer ones (with \
+             `beyond_work = \"tiles\"` tiles draw them)"
+        )
     }
 }

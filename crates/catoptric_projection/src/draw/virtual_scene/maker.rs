@@ -3,18 +3,16 @@
 use super::super::MapsInView;
 use super::super::virtual_mesh::{Allowance, MeshQuality, SteadySource, VirtualMesh, VirtualObject, virtual_mesh};
 use super::{KeptMesh, MadeMeshes, VirtualScene};
+use crate::find::lens_check::OWN_TRANSMITTED;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_engine::method::Job;
-use catoptric_engine::method::projector::VertexProjector;
-use catoptric_engine::optics::path::bundle::BounceKind;
+use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginning, VertexProjector};
+use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use std::sync::Arc;
 
 /// A reflector appears in itself only where the ray between is longer than this share of its size: beside the point
 /// itself, unpolished appearances show the surface in itself. Chosen, not measured.
 const OWN_REFLECTED: f32 = 0.02;
-
-/// The same for lenses through which it is seen from within: at their rims they are thin. Chosen, not measured.
-const OWN_TRANSMITTED: f32 = 0.002;
 
 /// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be
 /// off by this many times what others may be. Chosen, not measured.
@@ -142,8 +140,10 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                 let is_convex = || self.scene.is_convex(scene, index as u32);
                 let from_without = || !object.inside && !view.may_start_within(&object.bounds);
                 let own = last.object == index as u32 && last.kind == BounceKind::Reflect;
-                if own && (self.quality.is_plain || is_convex() && from_without()) {
-                    continue; // rays that leave a convex mirror never come back
+                let passes = |bounce: &&Bounce| bounce.object == index as u32 && bounce.kind == BounceKind::Transmit;
+                let is_within = || sequence.bounces.iter().filter(passes).count() % 2 == 1;
+                if own && !is_within() && (self.quality.is_plain || is_convex() && from_without()) {
+                    continue; // rays that leave a convex mirror never come back; those within a lens do
                 }
                 if maps.far.is_some_and(|far| far.shows(last.object, index as u32)) {
                     continue;
@@ -153,6 +153,27 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         }
         pairs.sort_by_key(|&key| (self.kind(key), key));
         pairs
+    }
+
+    /// The mirrors and lenses that show on paths of the most bounces that are projected, where the order asks for more:
+    /// of those paths that are `drawn`.
+    pub(super) fn beginnings_of_longer_paths(
+        &self,
+        pairs: &[PathObject],
+        drawn: impl Fn(u32) -> bool,
+    ) -> Vec<PathBeginning> {
+        let longest = MAX_BOUNCES as u32;
+        if self.job.quality.order <= longest {
+            return Vec::new();
+        }
+        let meshes = self.scene.locked_meshes();
+        let shows = |key: &PathObject| meshes.get(key).is_some_and(|kept| !kept.mesh.triangles.is_empty());
+        let goes_on = |key: &&PathObject| {
+            let specular = self.job.scene.role_of(key.1).is_specular();
+            specular && self.length(**key) == longest && drawn(key.0) && shows(key)
+        };
+        let beginning = |key: &PathObject| (self.projector.paths()[key.0 as usize].bounces.clone(), key.1);
+        pairs.iter().filter(goes_on).map(beginning).collect()
     }
 
     /// An object on a path.

@@ -11,6 +11,7 @@ mod whole_paths;
 
 pub(crate) use mirror_state::MirrorState;
 
+use super::lists::EndsOfPaths;
 use super::prepared::Stages;
 use super::virtual_mesh::{Ends, MeshQuality, SteadySource, VirtualMesh, WeldedObject};
 use super::{MapsInView, PathGeometry};
@@ -58,12 +59,16 @@ pub(crate) struct MeshesOfView<'a, P: ?Sized> {
 }
 
 /// The virtual meshes of a view, path by path.
-pub(crate) struct VirtualGeometry {
+pub(crate) struct VirtualGeometry<'a> {
     pub(crate) paths: Vec<PathGeometry>,
     /// Paths that are left to something else.
     pub(crate) paths_left: PathBeginnings,
-    /// True if blocks of the picture are left to something else on any path.
-    pub(crate) has_holes: bool,
+    /// The number of those of more bounces than projected paths have: left too, or not drawn.
+    paths_too_long: u64,
+    /// Triangles, seen directly, at which no path goes on where tiles do.
+    wrong_triangles: &'a [u32],
+    /// What is seen where no path goes on.
+    ends: EndsOfPaths,
     pub(crate) report: Report,
 }
 
@@ -186,13 +191,13 @@ impl VirtualScene {
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub(crate) fn geometry<P: VertexProjector + ?Sized>(
+    pub(crate) fn geometry<'a, P: VertexProjector + ?Sized>(
         &self,
         job: &Job<'_>,
         MeshesOfView { projector, quality, steady }: &MeshesOfView<'_, P>,
         (work, whole): (u64, Option<&PathBeginnings>),
-        maps: MapsInView<'_>,
-    ) -> Result<VirtualGeometry, Cancelled> {
+        (maps, wrong_triangles): (MapsInView<'_>, &'a [u32]),
+    ) -> Result<VirtualGeometry<'a>, Cancelled> {
         let mut report = Report::default();
         let mut watch = Stopwatch::new();
         let projector = *projector;
@@ -241,6 +246,13 @@ impl VirtualScene {
         report.add_fallback("appearances_left_out", drawn().map(|mesh| mesh.left_out).sum());
         report.add_fallback("objects_left_out", made.left_out);
         drop(meshes);
+        let too_long = maker.beginnings_of_longer_paths(&pairs, |path| is_drawn[path as usize]);
+        let paths_too_long = too_long.len() as u64;
+        if whole.is_some() {
+            paths_left.extend(too_long);
+        } else {
+            report.add_fallback("paths_too_long", paths_too_long);
+        }
         projector.add_fallbacks(&mut report);
         report.stages_ms.push(("project", watch.lap_ms() - made.blend_ms));
         if made.steady_points > 0 {
@@ -249,6 +261,13 @@ impl VirtualScene {
         }
         report.add_fallback("paths_drawn_by_tiles", paths_left.len() as u64);
         let has_holes = paths.iter().any(|path| !path.holes.is_empty());
-        Ok(VirtualGeometry { paths, paths_left, has_holes, report })
+        let by_tiles = whole.is_some();
+        let of_triangles = if by_tiles { "lens_triangles_drawn_by_tiles" } else { "wrong_lens_triangles" };
+        report.add_fallback(of_triangles, wrong_triangles.len() as u64);
+        let ends = match by_tiles && (has_holes || !paths_left.is_empty() || !wrong_triangles.is_empty()) {
+            true => EndsOfPaths::GoOn,
+            false => EndsOfPaths::Environment,
+        };
+        Ok(VirtualGeometry { paths, paths_left, paths_too_long, wrong_triangles, ends, report })
     }
 }

@@ -1,15 +1,18 @@
 //! The life cycle of methods of virtual objects: one implementation for all of them.
 
+use super::descent::Recursion;
 use super::mesh::ReflectorMesh;
 use super::path_tree::{Locator, PathLimits, PathTree, Reflector};
 use super::project::{Options, VirtualObjects};
-use crate::draw::prepared::{Context, MeshProjection, Stages};
+use crate::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
 use crate::draw::virtual_mesh::MeshQuality;
 use crate::draw::work_limit::{BeyondWork, WorkLimit};
-use crate::find::ray_map::eye_of;
+use crate::find::lens_check::{COARSE_TOLERANCE_PX, TOLERANCE_PX, has_lens, wrong_in_lenses};
+use crate::find::ray_map::{Specular, eye_of};
 use catoptric_core::parallel;
 use catoptric_core::scene::{PreciseView, Scene, View};
 use catoptric_engine::error::RenderError;
+use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::{MethodInfo, Quality, Report};
 use std::sync::Arc;
 
@@ -60,6 +63,8 @@ pub(crate) struct Reflectors<M: VirtualObjectMethod> {
     /// One for each specular object, in the order of [`Reflector::index`].
     pub(crate) meshes: Arc<Vec<ReflectorMesh>>,
     pub(crate) pictures: M::Pictures,
+    /// The hierarchy over reflectors and lenses, if there are lenses.
+    tracer: Option<Arc<Tracer>>,
 }
 
 impl<M: VirtualObjectMethod> MeshProjection for M {
@@ -87,7 +92,12 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
         stages.lap("reflectors");
         let pictures = self.pictures(&meshes, quality.order, old.map(|old| &old.pictures));
         stages.lap("pictures");
-        Ok(Reflectors { meshes, pictures })
+        let tracer = match old {
+            Some(old) => old.tracer.clone(),
+            None if has_lens(scene) => Some(mirror_tracer(scene, None, stages)?),
+            None => None,
+        };
+        Ok(Reflectors { meshes, pictures, tracer })
     }
 
     fn view_data(
@@ -97,15 +107,26 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
     ) -> Result<PathTree<M::Locator>, RenderError> {
         let Context { scene, mirrors, view, order, work, without, .. } = *context;
         let make = self.locators(scene, mirrors, view);
-        Ok(PathTree::build(
-            scene,
-            &mirrors.meshes,
-            view,
-            PathLimits { order, work, without },
-            EYE_IMAGE_SIZE,
-            make,
-            stages.progress,
-        )?)
+        let limits = PathLimits { order, work, without };
+        let mut tree = PathTree::build(scene, &mirrors.meshes, view, limits, EYE_IMAGE_SIZE, make, stages.progress)?;
+        let tracer = mirrors.tracer.as_ref().filter(|_| context.is_for_picture);
+        if let Some(tracer) = tracer {
+            let projector = MeshProjection::projector(self, context, &tree);
+            let specular = Specular { scene, tracer, surfaces: &projector.surfaces, order };
+            let Options { recursion, polish } = projector.options;
+            let tolerance_px = match recursion {
+                Recursion::VirtualPoints if polish == 0 => COARSE_TOLERANCE_PX,
+                _ => TOLERANCE_PX,
+            };
+            let wrong = wrong_in_lenses(&projector, &specular, view, tolerance_px, stages.progress)?;
+            tree.wrong_triangles = wrong.triangles;
+            tree.left_out.extend(wrong.paths);
+        }
+        Ok(tree)
+    }
+
+    fn wrong_triangles<'a>(&self, tree: &'a PathTree<M::Locator>) -> &'a [u32] {
+        &tree.wrong_triangles
     }
 
     fn is_complete(&self, data: &PathTree<M::Locator>) -> bool {

@@ -12,7 +12,7 @@ use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress, Stage};
 use catoptric_core::scene::{Role, Scene, View};
 use catoptric_engine::method::Report;
-use catoptric_engine::method::projector::{PathBeginnings, SpecularPath};
+use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginnings, SpecularPath};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::step::relative_index;
 use glam::Vec3;
@@ -109,7 +109,7 @@ pub struct PathLevel<L> {
 /// Limits of the paths of a view.
 #[derive(Clone, Copy, Debug)]
 pub struct PathLimits<'a> {
-    /// The highest number of bounces.
+    /// The highest number of bounces; paths have at most [`MAX_BOUNCES`].
     pub order: u32,
     /// About the most work for building them.
     pub work: u64,
@@ -129,6 +129,8 @@ pub struct PathTree<L> {
     /// Paths that are not built, because there were too many or too much to do for them, without longer ones that would
     /// start with them. Where both paths of a lens are not built, it is the one that reflects.
     pub(crate) left_out: Vec<SpecularPath>,
+    /// Triangles of the scene that show lenses where appearances are wrong, seen directly, sorted.
+    pub(crate) wrong_triangles: Vec<u32>,
     /// Work that is left for building paths.
     remaining: u64,
     /// Paths that are not to be built.
@@ -170,13 +172,14 @@ impl<L: Locator> PathTree<L> {
             view: view.clone(),
             images,
             left_out: Vec::new(),
+            wrong_triangles: Vec::new(),
             remaining: work,
             without: without.clone(),
         };
         // How many paths there will be is unknown.
         let stage = Stage::begin(progress, "building maps", 0)?;
         let mut parents = 0..0;
-        for length in 1..=order {
+        for length in 1..=order.min(MAX_BOUNCES as u32) {
             let first = all.levels.len();
             if length == 1 {
                 for (index, mesh) in meshes.iter().enumerate() {

@@ -114,7 +114,7 @@ const EDGE_ERROR_PX: f32 = 0.25;
 const PLENTY: u64 = u64::MAX / 1_000_000;
 
 fn quality() -> MeshQuality {
-    MeshQuality { edge_error_px: EDGE_ERROR_PX, piece_px: 0.75, is_plain: false, picture: PictureScale::new(&view()) }
+    MeshQuality::new(&view(), EDGE_ERROR_PX, 0.75)
 }
 
 /// A view without perspective, one pixel a unit, in whose picture places have their own coordinates.

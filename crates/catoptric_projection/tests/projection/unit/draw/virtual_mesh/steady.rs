@@ -158,8 +158,7 @@ fn square(welded: &Arc<WeldedObject>) -> VirtualObject {
 }
 
 fn drawn(moving: &Moving, welded: &Arc<WeldedObject>, work: u64) -> VirtualMesh {
-    let quality =
-        MeshQuality { edge_error_px: 0.25, piece_px: 0.75, is_plain: false, picture: PictureScale::new(&view()) };
+    let quality = MeshQuality::new(&view(), 0.25, 0.75);
     let stage = Stage::begin(&Silent, "", 1).expect("nothing is cancelled");
     virtual_mesh((moving, Some(moving)), &square(welded), &quality, Allowance::for_whole(work), &stage)
         .expect("nothing is cancelled")
