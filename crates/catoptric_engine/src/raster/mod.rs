@@ -6,7 +6,6 @@
 
 mod attributes;
 mod bin;
-mod block_mask;
 mod fragment;
 pub mod id_map;
 mod kernel;
@@ -18,7 +17,7 @@ mod setup;
 pub mod source;
 mod tile;
 
-pub use block_mask::BlockMask;
+pub use bin::BlockMask;
 pub use fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
 pub use samples::{SAMPLE_COUNTS, sample_positions};
 pub use scene_list::{LookShader, SceneShader, ShadingRequest, scene_draw_list};

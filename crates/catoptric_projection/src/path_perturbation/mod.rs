@@ -200,7 +200,7 @@ impl MeshProjection for PathPerturbation {
         let Context { scene, virtual_scene, view, .. } = *context;
         let sizes = scene.objects.iter().map(|object| f64::from(object.bounds.diagonal()));
         let paths: Vec<SpecularPath> = map.groups.iter().map(|group| group.path.clone()).collect();
-        let ends: Vec<Ends> = paths.iter().map(|path| virtual_scene.ends_on(scene, path, context.ends)).collect();
+        let ends: Vec<Ends> = paths.iter().map(|path| virtual_scene.ends_on(path, context.ends)).collect();
         let holes = |(group, ends): (&PathRays, &Ends)| match ends {
             Ends::LeftOut => map.rough_blocks(group, margin_px(&self.0), [view.width, view.height]),
             Ends::Followed => BlockMask::default(),

@@ -265,8 +265,8 @@ impl Perturber<'_> {
         })
     }
 
-    /// The appearance by the second-order expansion of a sample, if that is as good as solved: its neighbours agree with
-    /// it, and the point's ray is much nearer than they are.
+    /// The appearance by the second-order expansion of a sample, if that is as good as solved: its neighbours agree
+    /// with it, and the point's ray is much nearer than they are.
     fn expanded_nearby(
         &self,
         path: u32,
@@ -284,7 +284,7 @@ impl Perturber<'_> {
         let sample = &group.samples[ray as usize];
         let neighbour = sample.neighbour_at(first, sample.rays.second_order(first), Approximation::Quadratic)?;
         let parameters = sample.parameters_of(neighbour.reflection_point);
-        // Where neighbours are, expansions err by the accuracy at the most, and else by the third power of the distance.
+        // Where neighbours are, expansions err by the accuracy at the most; errors go by the third power of the way.
         let distance = group.picture_distance(ray, parameters);
         let error_px = f64::from(self.settings.accuracy_px) * distance.powi(3);
         if error_px > AS_GOOD_AS_SOLVED_PX {

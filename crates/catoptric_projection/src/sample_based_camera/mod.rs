@@ -143,8 +143,8 @@ impl RayGrid {
         dropped.into_iter().map(|(group, _)| group.path).collect()
     }
 
-    /// The cameras of each group, as accurate as its path's are to be, or none where they are left out; rays that they need are added to these, with the
-    /// work that is left then.
+    /// The cameras of each group, as accurate as its path's are to be, or none where they are left out; rays that they
+    /// need are added to these, with the work that is left then.
     fn cameras(
         &mut self,
         sampler: &RaySampler<'_>,
@@ -241,7 +241,7 @@ impl MeshProjection for SampleBasedCamera {
         let (accuracy, traced_a_ray) = (f64::from(accuracy_px), 0);
         let demand =
             CameraDemand { camera, accuracy_px: accuracy, max_shared, finest_ray_px, traced_a_ray, leaves_out };
-        let in_part = |path: &SpecularPath| virtual_scene.ends_on(scene, path, context.ends) == Ends::LeftOut;
+        let in_part = |path: &SpecularPath| virtual_scene.ends_on(path, context.ends) == Ends::LeftOut;
         let demand = (demand, |path: &SpecularPath| (accuracy_px, in_part(path)));
         let bounds = scene.bounds;
         let mut left_out = if leaves_out { grid.drop_expensive(work, context.without) } else { Vec::new() };

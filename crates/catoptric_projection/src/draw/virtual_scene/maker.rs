@@ -84,7 +84,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         let is_black = self.job.scene.role_of(key.1).is_specular() && self.length(key) >= self.job.quality.order;
         let quality = if is_black { self.quality.coarser(BLACK) } else { *self.quality };
         let path = &self.projector.paths()[key.0 as usize];
-        MeshQuality { ends: self.scene.ends_on(self.job.scene, path, quality.ends), ..quality }
+        MeshQuality { ends: self.scene.ends_on(path, quality.ends), ..quality }
     }
 
     /// The first mesh of an object on a path: one kept from an earlier frame if it would be the same, or a new one.

@@ -11,6 +11,7 @@ mod whole_paths;
 
 pub(crate) use mirror_state::MirrorState;
 
+use super::flat_mirrors::has_flat_faces;
 use super::lists::EndsOfPaths;
 use super::prepared::Stages;
 use super::virtual_mesh::{Ends, MeshQuality, SteadySource, VirtualMesh, WeldedObject};
@@ -32,6 +33,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct VirtualScene {
     mirrors: MirrorState,
     topologies: MeshTopologies,
+    /// For every object, true if it is a mirror or lens that is convex or has flat faces alone.
+    is_plain: Vec<bool>,
     welded: Vec<Arc<WeldedObject>>,
     meshes: Mutex<KeyedMeshes>,
     failed: Mutex<FailedPaths>,
@@ -110,6 +113,11 @@ impl VirtualScene {
                 topologies
             }
         };
+        let is_plain = (0..scene.objects.len() as u32).map(|object| {
+            scene.role_of(object).is_specular()
+                && (is_convex(scene, &topologies, object) || has_flat_faces(scene, object))
+        });
+        let is_plain = is_plain.collect();
         let old_welded = same.map_or(&[][..], |old| &old.welded);
         let welded = parallel::map_stage(stages.progress, "welding", scene.objects.len(), |index| {
             let welded = WeldedObject::new(scene, &scene.objects[index]);
@@ -120,7 +128,7 @@ impl VirtualScene {
         })?;
         stages.lap("weld");
         let (meshes, failed) = (Mutex::default(), Mutex::default());
-        Ok((Self { mirrors, topologies, welded, meshes, failed }, same.is_some()))
+        Ok((Self { mirrors, topologies, is_plain, welded, meshes, failed }, same.is_some()))
     }
 
     /// Takes the virtual meshes of an earlier scene with the same mirrors.
@@ -167,16 +175,13 @@ impl VirtualScene {
 
     /// True if a reflector or lens is convex.
     pub(crate) fn is_convex(&self, scene: &Scene, object: u32) -> bool {
-        match &scene.objects[object as usize].surface {
-            Some(surface) => surface.is_convex(),
-            None => self.topologies.is_convex(object),
-        }
+        is_convex(scene, &self.topologies, object)
     }
 
-    /// What becomes of pieces on which appearances end, on a path: in convex mirrors all points appear once at the most,
-    /// and end at silhouettes alone, so these are drawn whatever is wanted.
-    pub(crate) fn ends_on(&self, scene: &Scene, path: &SpecularPath, wanted: Ends) -> Ends {
-        let is_plain = |bounce: &Bounce| bounce.kind == BounceKind::Reflect && self.is_convex(scene, bounce.object);
+    /// What becomes of pieces on which appearances end, on a path: in flat and convex mirrors all points appear once at
+    /// the most, and end at silhouettes alone, so these are drawn whatever is wanted.
+    pub(crate) fn ends_on(&self, path: &SpecularPath, wanted: Ends) -> Ends {
+        let is_plain = |bounce: &Bounce| bounce.kind == BounceKind::Reflect && self.is_plain[bounce.object as usize];
         if path.bounces.iter().all(is_plain) { Ends::Followed } else { wanted }
     }
 
@@ -269,5 +274,13 @@ impl VirtualScene {
             false => EndsOfPaths::Environment,
         };
         Ok(VirtualGeometry { paths, paths_left, paths_too_long, wrong_triangles, ends, report })
+    }
+}
+
+/// True if a reflector or lens is convex.
+fn is_convex(scene: &Scene, topologies: &MeshTopologies, object: u32) -> bool {
+    match &scene.objects[object as usize].surface {
+        Some(surface) => surface.is_convex(),
+        None => topologies.is_convex(object),
     }
 }

@@ -60,8 +60,8 @@ pub struct RayBeams {
 
 impl RayBeams {
     /// Over samples whose expansions are trusted for places in the picture up to `reach_px` away from where they are
-    /// seen, `places` (those below 0 are left out); `picture_change` is the change of places with the parameters of a sample's bundle. Points are
-    /// expected about `distance` away from the reflectors.
+    /// seen, `places` (samples for which it is below 0 are left out); `picture_change` is the change of places with the
+    /// parameters of a sample's bundle. Points are expected about `distance` away from the reflectors.
     pub fn new(
         samples: &[RaySample],
         picture_change: &[DMat2],

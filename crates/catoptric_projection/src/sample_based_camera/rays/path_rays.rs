@@ -44,9 +44,9 @@ pub(in super::super) struct DensePathRays {
 }
 
 impl DensePathRays {
-    /// The blocks of a picture where the path is not seen, and those of blocks of the map (their corners, in cells) that
-    /// are left out: none if there are none of these. Cells are so large, and the map reaches so far beyond the picture,
-    /// in pixels.
+    /// The blocks of a picture where the path is not seen, and those of blocks of the map (their corners, in cells)
+    /// that are left out: none if there are none of these. Cells are so large, and the map reaches so far beyond the
+    /// picture, in pixels.
     pub(in super::super) fn blocks_without(
         &self,
         left_out: &[[[f32; 2]; 2]],

@@ -45,8 +45,8 @@ const FARTHEST_LEFT_OUT_PX: f32 = 32.0;
 /// triangles reach that are as wide as long.
 const LONE_RADIUS: f32 = 1.0;
 
-/// Beside a fold, pictures move twice as far as their start tells: as the root of what is left of the way. What shows on
-/// a piece is looked for this many times as far as it is expected to move. Chosen, not measured.
+/// Beside a fold, pictures move twice as far as their start tells: as the root of what is left of the way. A piece is
+/// expected to show this many times as far away as its corners tell. Chosen, not measured.
 const BESIDE_FOLDS: f32 = 1.75;
 
 /// Divides triangles of one object on one path.
