@@ -185,8 +185,11 @@ impl EdgeRule {
         self.ends == Ends::LeftOut
     }
 
-    /// True if a place lies in a hole of the picture, or beside the picture.
+    /// True if a place lies in a hole of the picture, or beside the picture, where pieces are left out.
     pub(super) fn is_in_hole(&self, place_px: Vec2, holes: &BlockMask) -> bool {
+        if !self.leaves_out() {
+            return false;
+        }
         let is_inside = place_px.cmpge(Vec2::ZERO).all() && place_px.cmplt(self.picture.size_px).all();
         let [column, row] = [place_px.x, place_px.y].map(|px| (px / BLOCK as f32) as usize);
         !is_inside || holes.has(column, row)
