@@ -105,7 +105,7 @@ fn tried(report: &Report) -> [u64; 3] {
 fn paths_that_take_too_much_work_are_not_tried_in_every_frame() {
     let (scene, view) = pot();
     for id in WITH_MESHES {
-        let mut session = session(id, "work = 0.02", &scene, QUALITY);
+        let mut session = session(id, "work = 0.005", &scene, QUALITY);
         let first = session.draw(&view(0.0)).expect("a view").report;
         let [all, method, tiles, rays] = counted(&first);
         assert!(all > 100 && method == 0 && tiles + rays == all && first.counts["paths"] == 0, "{id}: {first:?}");
