@@ -96,7 +96,8 @@ impl RayBeams {
 
     /// True if a point of a ball may be in the reach of a sample.
     pub fn may_reach(&self, center: Vec3, radius: f32) -> bool {
-        !(center.length() + radius < FARTHEST) || self.tree.may_hold_any(center.to_array(), radius)
+        let is_far = !center.is_finite() || center.length() + radius >= FARTHEST;
+        is_far || self.tree.may_hold_any(center.to_array(), radius)
     }
 
     /// Memory of the arrays.
