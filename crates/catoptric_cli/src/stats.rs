@@ -116,7 +116,7 @@ pub(crate) struct Stats {
     /// Times of the first frame alone, which makes what later frames keep.
     pub(crate) first_stages_ms: Times,
     pub(crate) counts: Counts,
-    /// What has drawn reflectors and lenses, of methods that count it.
+    /// Shares of reflectors and lenses by what has drawn them, of methods that count it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) drawn_by: Option<DrawnBy>,
     pub(crate) bytes: BTreeMap<String, u64>,

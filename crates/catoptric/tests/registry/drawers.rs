@@ -1,4 +1,4 @@
-//! What has drawn the pixels of reflectors: the method, tiles or rays; and paths that no frame tries again.
+//! Counts of what has drawn the pixels of reflectors: the method, tiles or rays; and paths that no frame tries again.
 
 use catoptric::light::path_tracer::specular_mask;
 use catoptric::methods::overlay::OverlayKind;
@@ -114,7 +114,7 @@ fn paths_that_take_too_much_work_are_not_tried_in_every_frame() {
         // The same view once more costs nothing, and is the same.
         let again = session.draw(&view(0.0)).expect("a view").report;
         assert_eq!((again.counts["work"], tried(&again)[1]), (first.counts["work"], 0), "{id}");
-        // Those that were not tried yet, as others took all work, come next.
+        // Paths that were not tried yet, as others took all work, come next.
         (1..3).for_each(|frame| drop(session.draw(&view(frame as f32)).expect("a view")));
         for frame in 3..8 {
             let drawn = session.draw(&view(frame as f32)).expect("a view");

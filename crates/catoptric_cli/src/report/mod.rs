@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
 
-/// What of a method's projections is measured, where tiles have drawn some paths in its place.
+/// The paths whose projections are measured, where tiles have drawn some of a method's.
 pub(crate) const PROJECTION_REMARK: &str = "px, missing and invented are of the paths that the method's own geometry \
     has drawn; – where it has drawn none";
 

@@ -51,7 +51,7 @@ pub struct PathBeginnings {
 }
 
 impl PathBeginnings {
-    /// That of a path; returns `None` if it has no bounce.
+    /// The beginning of a path; returns `None` if it has no bounce.
     pub fn of(path: &SpecularPath) -> Option<PathBeginning> {
         let (last, before) = path.bounces.split_last()?;
         Some((before.to_vec(), last.object))
@@ -284,7 +284,7 @@ pub trait VertexProjector: Sync {
         &[]
     }
 
-    /// Those of them that another view, or more work, may have: not left out for what else they are.
+    /// The left out paths that another view, or more work, may have.
     fn left_out_for_work(&self) -> &[SpecularPath] {
         self.left_out()
     }

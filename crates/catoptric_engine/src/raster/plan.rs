@@ -43,6 +43,11 @@ impl LayerPlan {
         self.stencils.binary_search(&(list, group)).map_or(0, |place| place as u32 + 1)
     }
 
+    /// True if a list leaves out any blocks.
+    pub(super) fn has_holes(&self) -> bool {
+        !self.holed_lists.is_empty()
+    }
+
     /// Returns true if light divides at the surfaces of a label.
     pub(super) fn divides(&self, label: u32) -> bool {
         label != 0 && self.divided.get(label as usize - 1).copied().unwrap_or(false)
@@ -56,13 +61,6 @@ pub(super) struct Plan<'a> {
     pub(super) list_plans: Vec<ListPlan>,
     pub(super) layers: Vec<LayerPlan>,
     pub(super) pieces: Vec<ListPart>,
-}
-
-impl LayerPlan {
-    /// True if a list leaves out any blocks.
-    pub(super) fn has_holes(&self) -> bool {
-        !self.holed_lists.is_empty()
-    }
 }
 
 impl<'a> Plan<'a> {

@@ -256,13 +256,7 @@ impl Perturber<'_> {
         {
             return None;
         }
-        Some(PointPath {
-            reflection_point: neighbour.reflection_point,
-            last: sample.rays.origin_near(neighbour.parameters),
-            motion: sample.motion(neighbour.distance, parameters)?,
-            optical_length: sample.optical_length_to(point),
-            left_out,
-        })
+        PointPath::expanded(sample, neighbour, (parameters, left_out), point)
     }
 
     /// The appearance by the second-order expansion of a sample, if that is as good as solved: its neighbours agree
@@ -290,13 +284,7 @@ impl Perturber<'_> {
         if error_px > AS_GOOD_AS_SOLVED_PX {
             return None;
         }
-        Some(PointPath {
-            reflection_point: neighbour.reflection_point,
-            last: sample.rays.origin_near(neighbour.parameters),
-            motion: sample.motion(neighbour.distance, parameters)?,
-            optical_length: sample.optical_length_to(point),
-            left_out: DVec2::ZERO,
-        })
+        PointPath::expanded(sample, &neighbour, (parameters, DVec2::ZERO), point)
     }
 
     /// True if a point lies behind the last mirror of a sample's path, by the tangent plane there.
@@ -455,6 +443,24 @@ struct PointPath {
     optical_length: f64,
     /// The part of the expansion that was estimated but not used or not followed, in the sample's parameters.
     left_out: DVec2,
+}
+
+impl PointPath {
+    /// The one that an expansion leads to, whose first reflection point has these parameters, and what it leaves out.
+    fn expanded(
+        sample: &RaySample,
+        neighbour: &Neighbour,
+        (parameters, left_out): (DVec2, DVec2),
+        point: DVec3,
+    ) -> Option<Self> {
+        Some(Self {
+            reflection_point: neighbour.reflection_point,
+            last: sample.rays.origin_near(neighbour.parameters),
+            motion: sample.motion(neighbour.distance, parameters)?,
+            optical_length: sample.optical_length_to(point),
+            left_out,
+        })
+    }
 }
 
 /// Selection of candidates.

@@ -1,4 +1,4 @@
-//! Which pixels of a tile are drawn by tiles, and which by single rays: every pixel counts once.
+//! Counts of the pixels of a tile that are drawn by tiles, and by single rays: every pixel counts once.
 
 use super::super::bundles::coverage::ROOT;
 use super::super::counts::Counts;
