@@ -517,6 +517,6 @@ pub struct ListCorner {
     pub at: [f32; 2],
     /// The triangle as it is hit.
     pub hit: u32,
-    /// Padding.
-    pub unused: u32,
+    /// The number of the choice of blocks where no geometry goes on from there, or 0.
+    pub blocks: u32,
 }

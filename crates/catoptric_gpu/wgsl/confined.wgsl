@@ -12,6 +12,8 @@ struct Corner {
     @location(1) @interpolate(perspective, sample) at: vec2f,
     // What is below 0 is cut off.
     @location(2) @interpolate(perspective, sample) height: f32,
+    // The number of the choice of blocks where no geometry goes on from there, or 0.
+    @location(3) @interpolate(flat, either) blocks: u32,
 }
 
 fn confined(corner: Corner, shown: vec4u) -> vec4u {
@@ -21,7 +23,7 @@ fn confined(corner: Corner, shown: vec4u) -> vec4u {
     if !is_there || (HAS_HOLES && corner.hit != 0u && !is_present(triangle_of(corner.hit), at)) {
         discard;
     }
-    return vec4u(corner.hit & 0xffffu, corner.hit >> 16u, path.number, 0u);
+    return vec4u(corner.hit & 0xffffu, corner.hit >> 16u, path.number, corner.blocks);
 }
 
 @fragment

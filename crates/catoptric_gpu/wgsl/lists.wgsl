@@ -22,8 +22,13 @@ struct PathList {
 @group(2) @binding(0) var<uniform> path: PathList;
 
 @vertex
-fn confined_corner(@location(0) position: vec4f, @location(1) at: vec2f, @location(2) hit: u32) -> Corner {
-    return Corner(shifted(position), hit, at, 1.0);
+fn confined_corner(
+    @location(0) position: vec4f,
+    @location(1) at: vec2f,
+    @location(2) hit: u32,
+    @location(3) blocks: u32,
+) -> Corner {
+    return Corner(shifted(position), hit, at, 1.0, blocks);
 }
 
 // True where the object is seen that the path's last event is at.

@@ -46,6 +46,7 @@ fn confined_corner(@builtin(vertex_index) index: u32) -> Corner {
     result.hit = hit;
     result.at = vec2f(f32(place == 1u), f32(place == 2u));
     result.height = dot(path.plane, position);
+    result.blocks = 0u;
     return result;
 }
 

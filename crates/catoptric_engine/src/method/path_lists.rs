@@ -12,8 +12,8 @@ use crate::raster::DrawList;
 pub struct PathLists {
     /// The lists. Their vertices' `w` (in perspective views; else their `depth`) orders visibility.
     pub lists: Vec<DrawList>,
-    /// True if reflectors and lenses at which no list goes on are to be drawn by something else: there were too many
-    /// paths for the work of a frame. Else they show the environment there.
+    /// True if reflectors and lenses are to be drawn by something else where no list goes on, and in the
+    /// [holes](DrawList::holes) of those that do. Else they show the environment there.
     pub has_rest: bool,
     /// Times, counts and fall-backs of making them.
     pub report: Report,

@@ -191,6 +191,11 @@ impl BlockMask {
         column < self.size[0] && word >> (column % 64) & 1 != 0
     }
 
+    /// A bit for each block, row by row, 64 a word; each row begins with a new word. Empty if no block is chosen.
+    pub fn words(&self) -> &[u64] {
+        &self.bits
+    }
+
     /// The number of blocks.
     pub fn count(&self) -> u64 {
         self.bits.iter().map(|word| u64::from(word.count_ones())).sum()

@@ -8,7 +8,7 @@ use catoptric_engine::method::path_lists::PathLists;
 use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
-use catoptric_engine::raster::{Branch, DrawList, Stencil, scene_draw_list};
+use catoptric_engine::raster::{BlockMask, Branch, DrawList, Stencil, scene_draw_list};
 use glam::Vec2;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,12 +16,12 @@ use std::collections::{BTreeMap, BTreeSet};
 const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 
 /// What is seen beyond reflectors and lenses at which no list goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum EndsOfPaths {
     /// The environment.
     Environment,
-    /// What something else than lists draws.
-    GoOn,
+    /// What something else than lists draws; in these blocks of the picture also beyond lenses that are seen directly.
+    GoOn(BlockMask),
 }
 
 /// The scene as it is seen directly, then one list a path: shorter paths first, each after the path it goes on from.
@@ -34,7 +34,7 @@ pub(super) fn draw_lists(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,
     maps: Option<&ReflectorMaps>,
-    ends: EndsOfPaths,
+    ends: &EndsOfPaths,
 ) -> Vec<DrawList> {
     let (scene, order) = (job.scene, job.quality.order);
     let seen = scene_draw_list(scene, job.view, |object| Some(group(scene, maps, object, order > 0)));
@@ -44,22 +44,16 @@ pub(super) fn draw_lists(
     lists
 }
 
-/// Has no list go on at triangles (sorted) that are seen directly.
-///
-/// Their groups are other ones, which no list is confined to: beyond the objects.
-pub(super) fn leave_to_tiles(scene: &Scene, lists: &mut [DrawList], triangles: &[u32]) {
-    let (Some(seen), false) = (lists.first_mut(), triangles.is_empty()) else { return };
-    for triangle in &mut seen.triangles {
-        if triangle.group != 0 && triangles.binary_search(&triangle.source).is_ok() {
-            triangle.group += scene.objects.len() as u32;
-        }
-    }
-}
-
-/// Ends the paths of lists at lenses at which no list goes on: rays follow them there.
+/// Ends the paths of lists at lenses at which no list goes on, or not everywhere: rays follow them there.
 pub(super) fn leave_lenses_to_rays(scene: &Scene, lists: &mut [DrawList]) {
-    let stencils = lists.iter().filter_map(|list| list.stencil);
-    let continued: BTreeSet<(u32, u32)> = stencils.map(|stencil| (stencil.list, stencil.group)).collect();
+    let surfaces = |has_holes: bool| {
+        let lists = lists.iter().filter(move |list| list.holes.is_empty() != has_holes);
+        lists.filter_map(|list| list.stencil).map(|stencil| (stencil.list, stencil.group))
+    };
+    let mut continued: BTreeSet<(u32, u32)> = surfaces(false).collect();
+    for surface in surfaces(true) {
+        continued.remove(&surface);
+    }
     for (number, list) in (0..).zip(lists) {
         for triangle in &mut list.triangles {
             let is_lens = || {
@@ -84,7 +78,7 @@ pub(super) fn lists_of_paths(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,
     maps: Option<&ReflectorMaps>,
-    ends: EndsOfPaths,
+    ends: &EndsOfPaths,
     seen_lenses: &BTreeSet<u32>,
 ) -> Vec<DrawList> {
     let (scene, order) = (job.scene, job.quality.order as usize);
@@ -106,7 +100,7 @@ pub(super) fn lists_of_paths(
         |waiting: &mut BTreeMap<(usize, SpecularPath), Vec<PathGeometry>>, path: &SpecularPath, object| {
             let length = path.bounces.len() + 1;
             let reflects = || waiting.contains_key(&(length, going_on(path, object, BounceKind::Reflect)));
-            if ends == EndsOfPaths::Environment || reflects() {
+            if *ends == EndsOfPaths::Environment || reflects() {
                 waiting.entry((length, going_on(path, object, BounceKind::Transmit))).or_default();
             }
         };
@@ -125,6 +119,11 @@ pub(super) fn lists_of_paths(
             BounceKind::Transmit => Branch::Second,
         };
         list.stencil = Some(Stencil { list: parent, group: last.object + 1, branch });
+        if let (1, EndsOfPaths::GoOn(in_lenses)) = (length, ends)
+            && scene.role_of(last.object) == Role::Lens
+        {
+            list.holes.add(in_lenses);
+        }
         for triangle in &mut list.triangles {
             match scene.triangle_objects.get(triangle.source as usize) {
                 Some(&object) => {
@@ -149,13 +148,12 @@ pub(super) fn lists_of_paths(
 }
 
 /// The lists of a view's geometry without that of what is seen directly.
-pub(super) fn path_lists(job: &Job<'_>, found: VirtualGeometry<'_>) -> PathLists {
-    let has_rest = !found.paths_left.is_empty();
-    let ends = if has_rest { EndsOfPaths::GoOn } else { EndsOfPaths::Environment };
+pub(super) fn path_lists(job: &Job<'_>, found: VirtualGeometry) -> PathLists {
+    let has_rest = found.ends != EndsOfPaths::Environment;
     let specular = job.scene.specular_objects();
     // Any of them may be seen.
     let lenses = specular.into_iter().filter(|object| job.scene.role_of(*object) == Role::Lens).collect();
-    PathLists { lists: lists_of_paths(job, found.paths, None, ends, &lenses), has_rest, report: found.report }
+    PathLists { lists: lists_of_paths(job, found.paths, None, &found.ends, &lenses), has_rest, report: found.report }
 }
 
 /// The lenses among a list's triangles at which paths go on.

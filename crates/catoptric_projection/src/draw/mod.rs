@@ -99,7 +99,7 @@ pub(crate) fn draw_paths_with(
     maps: MapsInView<'_>,
     target: &mut Framebuffer,
 ) -> Result<(RasterReport, Report), RenderError> {
-    let lists = lists::draw_lists(job, paths, maps.whole, EndsOfPaths::Environment);
+    let lists = lists::draw_lists(job, paths, maps.whole, &EndsOfPaths::Environment);
     let shader = PathShader::new(job.scene, job.view, job.quality.samples).with_maps(maps, job.quality.order);
     let drawn = raster::draw(job.view, job.quality.samples, &lists, &shader, target, job.progress)?;
     let mut report = Report::default();

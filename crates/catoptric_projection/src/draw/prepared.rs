@@ -18,6 +18,7 @@ use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::path_lists::PathLists;
 use catoptric_engine::method::projector::{PathBeginnings, SpecularPath, VertexProjector};
 use catoptric_engine::method::{Frame, Job, Method, MethodInfo, Prepared, Quality, Report};
+use catoptric_engine::raster::BlockMask;
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
@@ -84,11 +85,6 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         true
     }
 
-    /// True if a view's data serves all of the picture, not only what is not left out ([`Ends::LeftOut`]).
-    fn leaves_no_holes(&self, _data: &Self::ViewData) -> bool {
-        true
-    }
-
     /// Adds to a view's data what also depends on the objects among the mirrors.
     ///
     /// # Errors
@@ -116,9 +112,9 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         MapsInView::default()
     }
 
-    /// Triangles of the scene that show lenses where appearances are wrong, seen directly, sorted.
-    fn wrong_triangles<'a>(&self, _data: &'a Self::ViewData) -> &'a [u32] {
-        &[]
+    /// The blocks of the picture where appearances in lenses that are seen directly are wrong.
+    fn wrong_in_lenses<'a>(&self, _data: &'a Self::ViewData) -> Option<&'a BlockMask> {
+        None
     }
 
     /// The work that a frame may take.
@@ -249,8 +245,6 @@ struct ProjectionFrame<'a, M: MeshProjection> {
     work: FrameWork,
     /// Data of the view for points one by one, if there is more of it than for pictures; made when it is needed.
     complete: OnceLock<Option<M::ViewData>>,
-    /// Data of the view for pictures without holes, if it is not the same.
-    without_holes: OnceLock<M::ViewData>,
     report: Report,
 }
 
@@ -383,7 +377,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
             method.complete(&context, data, &mut stages)?;
             method.describe(data, &mut stages.report);
         }
-        let (quality, complete, without_holes, report) = (*quality, OnceLock::new(), OnceLock::new(), stages.report);
+        let (quality, complete, report) = (*quality, OnceLock::new(), stages.report);
         Ok(Box::new(ProjectionFrame {
             method,
             scene,
@@ -394,7 +388,6 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
             last,
             work,
             complete,
-            without_holes,
             report,
         }))
     }
@@ -413,23 +406,6 @@ impl<M: MeshProjection> ProjectionFrame<'_, M> {
         let Self { scene, virtual_scene, mirrors, last: LastView { view, order, .. }, .. } = self;
         let ends = Ends::Followed;
         Context { scene, virtual_scene, mirrors, view, order: *order, work, without, is_for_picture: false, ends }
-    }
-
-    /// The view's data for a picture with or without holes; `None` if there is nothing to be built for it.
-    fn data_with(&self, ends: Ends, progress: &dyn Progress) -> Result<Option<&M::ViewData>, RenderError> {
-        let LastView { without, data, .. } = self.last;
-        let Some(data) = data else { return Ok(None) };
-        if ends == Ends::LeftOut || self.method.leaves_no_holes(data) {
-            return Ok(Some(data));
-        }
-        if let Some(made) = self.without_holes.get() {
-            return Ok(Some(made));
-        }
-        let context = Context { is_for_picture: true, ..self.context(self.work.paths, without) };
-        let mut stages = Stages::new(progress);
-        let mut data = self.method.view_data(&context, &mut stages)?;
-        self.method.complete(&context, &mut data, &mut stages)?;
-        Ok(Some(self.without_holes.get_or_init(|| data)))
     }
 
     /// The view's data with what was left out for the picture's sake; `None` if that fails.
@@ -452,21 +428,18 @@ impl<M: MeshProjection> ProjectionFrame<'_, M> {
     }
 
     /// The geometry of the picture, and what draws the paths that it lacks.
-    fn geometry(
-        &self,
-        ends: Ends,
-        progress: &dyn Progress,
-    ) -> Result<(VirtualGeometry<'_>, ExactTiles<'_>), RenderError> {
-        let Self { method, scene, virtual_scene, tiles, last: LastView { view, without, .. }, work, .. } = self;
+    fn geometry(&self, progress: &dyn Progress) -> Result<(VirtualGeometry, ExactTiles<'_>), RenderError> {
+        let Self { method, scene, virtual_scene, tiles, last: LastView { view, without, data, .. }, work, .. } = self;
         let tiles = ExactTiles { scene, tables: tiles, beyond: method.work_limit().beyond };
-        let Some(data) = self.data_with(ends, progress)? else {
+        let Some(data) = data else {
             return Ok((VirtualGeometry::all_left(first_bounces(scene, view)), tiles));
         };
+        let ends = method.work_limit().ends();
         let projector = &method.projector(&Context { ends, ..self.context(0, without) }, data);
         let quality = MeshQuality { ends, ..method.mesh_quality(view) };
         let meshes = MeshesOfView { projector, quality, steady: M::steady(projector) };
         let whole = tiles.go_on().then_some(without);
-        let instead = (method.maps(data), method.wrong_triangles(data));
+        let instead = (method.maps(data), method.wrong_in_lenses(data));
         let found = virtual_scene.geometry(&self.job(progress), &meshes, (work.meshes, whole), instead)?;
         Ok((found, tiles))
     }
@@ -478,7 +451,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
     }
 
     fn draw(&self, target: &mut Framebuffer, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let (found, tiles) = self.geometry(self.method.work_limit().ends(), progress)?;
+        let (found, tiles) = self.geometry(progress)?;
         found.draw(&self.job(progress), &tiles, self.maps(), target)
     }
 
@@ -486,7 +459,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         if !M::OVERLAYS.contains(&kind) {
             return Ok(None);
         }
-        let (found, tiles) = self.geometry(self.method.work_limit().ends(), progress)?;
+        let (found, tiles) = self.geometry(progress)?;
         let LastView { view, without, data, .. } = self.last;
         let own = |shown: &ShownPixels, drawn: &HashSet<SpecularPath>| match data {
             Some(data) => self.method.own_overlay(kind, &self.context(0, without), data, (shown, drawn), progress),
@@ -501,12 +474,12 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
             let problem = "environment maps in place of projections are drawn on the CPU alone".into();
             return Err(RenderError::Limit { method: M::INFO.id, problem });
         }
-        let (found, _) = self.geometry(Ends::Followed, progress)?;
+        let (found, _) = self.geometry(progress)?;
         Ok(Some(path_lists(&self.job(progress), found)))
     }
 
     fn paths_left(&self, progress: &dyn Progress) -> Result<PathBeginnings, RenderError> {
-        Ok(self.geometry(self.method.work_limit().ends(), progress)?.0.paths_left)
+        Ok(self.geometry(progress)?.0.paths_left)
     }
 
     fn projector(&self) -> Option<Box<dyn VertexProjector + '_>> {

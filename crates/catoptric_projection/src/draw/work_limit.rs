@@ -1,6 +1,6 @@
 //! The work that a frame of a method with virtual meshes may take, and what draws the paths beyond it.
 
-use super::lists::{EndsOfPaths, draw_lists, leave_lenses_to_rays, leave_to_tiles};
+use super::lists::{EndsOfPaths, draw_lists, leave_lenses_to_rays};
 use super::multiperspective::{TileModel, TiledScene, follows_lenses, spreads_light};
 use super::overlays::ShownPixels;
 use super::prepared::Stages;
@@ -159,22 +159,19 @@ impl ExactTiles<'_> {
         &self,
         job: &Job<'_>,
         geometry: Vec<PathGeometry>,
-        (ends, wrong_triangles): (EndsOfPaths, &[u32]),
+        ends: &EndsOfPaths,
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
         let mut report = Report::default();
-        let by_tiles = ends == EndsOfPaths::GoOn;
+        let by_tiles = *ends != EndsOfPaths::Environment;
         if !by_tiles && !spreads_light(job.scene) {
             return Ok(draw_paths_with(job, geometry, maps, target)?.1);
         }
         let tables = self.tables.get(self.scene, &mut report, job.progress)?;
         let mut lists = draw_lists(job, geometry, maps.whole, ends);
-        if by_tiles {
-            leave_to_tiles(job.scene, &mut lists, wrong_triangles);
-            if self.tables.follows_lenses {
-                leave_lenses_to_rays(job.scene, &mut lists);
-            }
+        if by_tiles && self.tables.follows_lenses {
+            leave_lenses_to_rays(job.scene, &mut lists);
         }
         let model = TileModel { accuracy_px: TILE_ACCURACY_PX, by_rays: false, turns_normals: false };
         report.add(tables.draw(job, &lists, by_tiles.then_some(model), maps, target)?);

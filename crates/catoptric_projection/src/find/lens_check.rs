@@ -13,7 +13,7 @@ use catoptric_core::progress::{Cancelled, Progress};
 use catoptric_core::scene::{Role, Scene, View};
 use catoptric_engine::method::projector::{Projections, SpecularPath, VertexProjector};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
-use catoptric_engine::raster::BLOCK;
+use catoptric_engine::raster::{BLOCK, BlockMask};
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -57,8 +57,8 @@ pub(crate) const COARSE_TOLERANCE_PX: f32 = 40.0;
 /// What is not right in lenses.
 #[derive(Debug, Default)]
 pub(crate) struct WrongInLenses {
-    /// Triangles of the scene that show lenses where these are wrong, seen directly, sorted.
-    pub(crate) triangles: Vec<u32>,
+    /// Blocks of the picture where lenses that are seen directly are wrong.
+    pub(crate) blocks: BlockMask,
     /// Paths that are wrong in too many places, from the eye to the first lens on them: both events there.
     pub(crate) paths: Vec<SpecularPath>,
 }
@@ -70,14 +70,6 @@ struct Checked {
     is_right: bool,
     /// Other places where appearances are made up.
     made_up: Vec<Vec2>,
-}
-
-/// A coarse picture of places, and which of them are wrong.
-struct Places {
-    spacing_px: f32,
-    size: [usize; 2],
-    /// Sums over all places to the left and above.
-    sums: Vec<u32>,
 }
 
 /// True if a scene has a lens.
@@ -141,23 +133,20 @@ pub(crate) fn wrong_in_lenses(
         (*wrong as f32 > share * *all as f32).then(|| (*path).clone())
     };
     let paths: Vec<SpecularPath> = counts.iter().filter_map(left).collect();
-    let mark = |place: Vec2, wrong: &mut [bool]| {
-        let [x, y] = (place / spacing_px).to_array();
-        if x >= 0.0 && y >= 0.0 && (x as usize) < size[0] && (y as usize) < size[1] {
-            wrong[y as usize * size[0] + x as usize] = true;
-        }
-    };
-    let mut wrong = vec![false; size[0] * size[1]];
+    let mut blocks = BlockMask::new([view.width, view.height].map(|side| side as usize));
+    // With the places beside it.
+    let mut add = |place: Vec2| blocks.add_box(place - 1.5 * spacing_px, place + 1.5 * spacing_px);
     for (index, checked) in checked.iter().filter(|(_, checked)| checked.beginning.bounces.len() == 1) {
-        wrong[*index] |= !checked.is_right;
-        checked.made_up.iter().for_each(|place| mark(*place, &mut wrong));
+        if !checked.is_right {
+            add((corner(*index) + 0.5) * spacing_px);
+        }
+        checked.made_up.iter().copied().for_each(&mut add);
     }
     let points = points_of(specular.scene);
     let made_up =
         parallel::map_stage(progress, "checking appearances", points.len(), |index| check.made_up_of(points[index]))?;
-    made_up.iter().flatten().for_each(|place| mark(*place, &mut wrong));
-    let triangles = Places::new(spacing_px, size, &wrong).triangles_of_lenses(specular.scene, view);
-    Ok(WrongInLenses { triangles, paths })
+    made_up.iter().flatten().copied().for_each(add);
+    Ok(WrongInLenses { blocks, paths })
 }
 
 /// What is compared.
@@ -335,49 +324,4 @@ fn is_left_out(left_out: &[SpecularPath], path: &SpecularPath) -> bool {
         path.bounces.starts_with(before)
             && path.bounces.get(before.len()).is_some_and(|next| next.object == last.object)
     })
-}
-
-impl Places {
-    fn new(spacing_px: f32, size: [usize; 2], wrong: &[bool]) -> Self {
-        let [columns, rows] = size;
-        let mut sums = vec![0; (columns + 1) * (rows + 1)];
-        for row in 0..rows {
-            for column in 0..columns {
-                let at = |row: usize, column: usize| row * (columns + 1) + column;
-                sums[at(row + 1, column + 1)] = sums[at(row, column + 1)] + sums[at(row + 1, column)]
-                    - sums[at(row, column)]
-                    + u32::from(wrong[row * columns + column]);
-            }
-        }
-        Self { spacing_px, size, sums }
-    }
-
-    /// True if a place in a rectangle of the picture is wrong, or one beside it.
-    fn any_in(&self, low_px: Vec2, high_px: Vec2) -> bool {
-        let [columns, rows] = self.size;
-        // Saturates; one place more on every side.
-        let place = |at_px: f32, more: f32, most: usize| ((at_px / self.spacing_px + more).floor() as usize).min(most);
-        let (left, right) = (place(low_px.x, -1.0, columns), place(high_px.x, 2.0, columns));
-        let (top, bottom) = (place(low_px.y, -1.0, rows), place(high_px.y, 2.0, rows));
-        let sum = |row: usize, column: usize| self.sums[row * (columns + 1) + column];
-        sum(bottom, right) + sum(top, left) > sum(top, right) + sum(bottom, left)
-    }
-
-    /// The triangles of lenses that may show where places are wrong.
-    fn triangles_of_lenses(&self, scene: &Scene, view: &View) -> Vec<u32> {
-        if self.sums.last().is_none_or(|sum| *sum == 0) {
-            return Vec::new();
-        }
-        let picture = view.picture_from_world();
-        let shows = |triangle: &u32| {
-            let corners = scene.triangles[*triangle as usize].map(|vertex| {
-                let point = picture.apply(scene.positions[vertex as usize]);
-                (point.depth > 0.0 && point.w > 0.0).then(|| point.xy / point.w)
-            });
-            let [Some(a), Some(b), Some(c)] = corners else { return true };
-            self.any_in(a.min(b).min(c), a.max(b).max(c))
-        };
-        let lenses = (0..scene.objects.len() as u32).filter(|object| scene.role_of(*object) == Role::Lens);
-        lenses.flat_map(|object| scene.objects[object as usize].triangles.clone().filter(shows)).collect()
-    }
 }

@@ -179,8 +179,8 @@ impl MeshProjection for PathPerturbation {
         report.add_fallback("samples_left_coarse", map.left_coarse);
     }
 
-    fn wrong_triangles<'a>(&self, data: &'a ViewRays) -> &'a [u32] {
-        &data.wrong.triangles
+    fn wrong_in_lenses<'a>(&self, data: &'a ViewRays) -> Option<&'a BlockMask> {
+        Some(&data.wrong.blocks)
     }
 
     fn work_limit(&self) -> WorkLimit {

@@ -37,6 +37,7 @@ use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::projector::{PathBeginnings, SpecularPath};
 use catoptric_engine::method::{About, Family, MethodInfo, Quality, Report, Settings};
+use catoptric_engine::raster::BlockMask;
 use morph::{Morphing, NodesWork};
 use project::CameraProjector;
 use rays::grid::{DensePathRays, RayGrid, RaySampler};
@@ -100,8 +101,8 @@ struct ViewCameras {
     cameras: Vec<Cameras>,
     /// Paths that have none, because there is too much to do for them.
     left_out: Vec<SpecularPath>,
-    /// Triangles of the scene that show lenses where appearances are wrong, seen directly, sorted.
-    wrong_triangles: Vec<u32>,
+    /// Blocks of the picture where appearances in lenses that are seen directly are wrong.
+    wrong_in_lenses: BlockMask,
     environment: MappedReflectors,
 }
 
@@ -250,23 +251,20 @@ impl MeshProjection for SampleBasedCamera {
             left_out.extend(grid.drop_inaccurate(&mut cameras));
         }
         stages.report.counts.insert("rays_traced", grid.traced);
-        let mut data = ViewCameras { bounds, grid, cameras, left_out, wrong_triangles: Vec::new(), environment };
+        let mut data =
+            ViewCameras { bounds, grid, cameras, left_out, wrong_in_lenses: BlockMask::default(), environment };
         if context.is_for_picture {
             let tolerance_px = TOLERANCE_PX.max(2.0 * accuracy_px);
             let projector = self.projector(context, &data);
             let wrong = wrong_in_lenses(&projector, &specular, view, tolerance_px, stages.progress)?;
-            data.wrong_triangles = wrong.triangles;
+            data.wrong_in_lenses = wrong.blocks;
             data.left_out.extend(wrong.paths);
         }
         Ok(data)
     }
 
     fn is_complete(&self, data: &ViewCameras) -> bool {
-        data.left_out.is_empty() && self.leaves_no_holes(data)
-    }
-
-    fn leaves_no_holes(&self, data: &ViewCameras) -> bool {
-        data.cameras.iter().all(|cameras| cameras.left_out().is_empty())
+        data.left_out.is_empty() && data.cameras.iter().all(|cameras| cameras.left_out().is_empty())
     }
 
     /// Captures the environment maps.
@@ -293,8 +291,8 @@ impl MeshProjection for SampleBasedCamera {
         data.environment.in_view()
     }
 
-    fn wrong_triangles<'a>(&self, data: &'a ViewCameras) -> &'a [u32] {
-        &data.wrong_triangles
+    fn wrong_in_lenses<'a>(&self, data: &'a ViewCameras) -> Option<&'a BlockMask> {
+        Some(&data.wrong_in_lenses)
     }
 
     fn work_limit(&self) -> WorkLimit {

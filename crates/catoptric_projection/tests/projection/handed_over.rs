@@ -97,7 +97,7 @@ fn assert_lens_is_right_or_told(stretch: Vec3, limits: &[(&str, f64)]) {
         }
         let coarse = draw(id, "work = 8.0\nbeyond_work = 'coarse'", &scene, &view, quality);
         let error = reflector_error(&coarse.picture, &truth, &scene, &view);
-        let is_told = fallback(&coarse, "wrong_lens_triangles") > 0 && warns(&coarse, "parts of lenses are wrong");
+        let is_told = fallback(&coarse, "wrong_lens_blocks") > 0 && warns(&coarse, "parts of lenses are wrong");
         assert!(error.over_0_1 < 0.03 || is_told, "{id}: {error:?}, {:?}", coarse.report.fallbacks);
     }
 }

@@ -12,14 +12,14 @@ use crate::layout::{ListCorner, PathList, bits, hit_flags};
 use crate::tables::onward_bits;
 use catoptric::methods::path_lists::PathLists;
 use catoptric::methods::{Quality, Report};
-use catoptric::raster::{Branch, DrawList};
+use catoptric::raster::{BLOCK, BlockMask, Branch, DrawList};
 use catoptric::scene::{PicturePoint, Scene, View};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, TextureView, VertexAttribute, VertexBufferLayout, VertexStepMode, vertex_attr_array};
 
-const ATTRIBUTES: [VertexAttribute; 3] = vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Uint32];
+const ATTRIBUTES: [VertexAttribute; 4] = vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Uint32, 3 => Uint32];
 
 /// How virtual geometry is drawn.
 pub(crate) const KIND: Kind = Kind {
@@ -34,6 +34,9 @@ pub(crate) const KIND: Kind = Kind {
 
 /// The corners of triangles that are their own source.
 const WHOLE: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+
+/// Numbers of choices of blocks have 16 bits. What is seen beyond that many is left to tiles.
+const CHOICES: u32 = 1 << 16;
 
 /// The geometry of one path.
 struct OfPath {
@@ -50,7 +53,7 @@ pub(crate) struct DeviceLists {
     /// By the numbers of the paths, from 1.
     paths: Vec<OfPath>,
     corners: Option<wgpu::Buffer>,
-    /// For each object bits of hits, four a texel.
+    /// For each object bits of hits and a choice of blocks, and these choices, four a texel.
     pub(crate) of_objects: TextureView,
 }
 
@@ -66,7 +69,7 @@ impl DeviceLists {
         let all = &lists.lists[..lists.lists.len().min(MOST_PATHS)];
         let left_out = lists.lists.len() - all.len();
         report.add_fallback("lists_left_out", left_out as u64);
-        let continued = Continued::new(scene, all, lists.has_rest || left_out > 0);
+        let continued = Continued::new(scene, view, all, lists.has_rest || left_out > 0);
         let clip = Clip::new(scene, view, all);
         let mut paths: Vec<OfPath> = Vec::with_capacity(all.len());
         let mut corners: Vec<ListCorner> = Vec::new();
@@ -79,17 +82,15 @@ impl DeviceLists {
                 PathList { object: stencil.group.wrapping_sub(1), parent: stencil.list, number, ..PathList::default() };
             let parts = [false, true].map(|holes| {
                 let first = corners.len() as u32;
-                clip.append(scene, list, holes, |group| continued.bits(number, group), &mut corners);
+                clip.append(scene, list, holes, |group| continued.at(number, group), &mut corners);
                 first..corners.len() as u32
             });
             paths.push(OfPath { record, events: events + 1, kinds: kinds | kind << events, parts });
         }
         report.counts.insert("lists", paths.len() as u64 + 1);
         report.counts.insert("triangles_drawn", corners.len() as u64 / 3);
-        let of_object = |object: u32| continued.bits(0, object + 1);
-        let objects: Vec<u32> = (0..scene.objects.len() as u32).map(of_object).collect();
         let mut upload = Upload { context, byte_count: 0 };
-        let of_objects = upload.numbers("the objects' geometry", &objects)?;
+        let of_objects = upload.numbers("the objects' geometry", &continued.of_objects(scene))?;
         let contents: &[u8] = bytemuck::cast_slice(&corners);
         upload.check("the geometry of paths", contents.len() as u64, context.device.limits().max_buffer_size)?;
         let corners = (!corners.is_empty()).then(|| {
@@ -157,16 +158,56 @@ struct Continued {
     has_rest: bool,
     /// The groups of bumpy surfaces, which were taken for smooth ones: tiles follow their rays.
     bumpy: HashSet<u32>,
+    /// By the number of a path and a group, the blocks where some geometry leaves out what goes on from there, and the
+    /// number of this choice.
+    left_out: BTreeMap<(u32, u32), (u32, BlockMask)>,
+    /// The length of a choice.
+    words: usize,
 }
 
 impl Continued {
-    fn new(scene: &Scene, lists: &[DrawList], has_rest: bool) -> Self {
+    fn new(scene: &Scene, view: &View, lists: &[DrawList], has_rest: bool) -> Self {
         let stencils = lists.iter().filter_map(|list| list.stencil);
         let known = stencils.map(|stencil| (stencil.list, stencil.group, stencil.branch)).collect();
         let objects = 0..scene.objects.len() as u32;
         let bumpy =
             objects.filter(|object| scene.material_of(*object).turning_map().is_some()).map(|object| object + 1);
-        Self { known, has_rest, bumpy: bumpy.collect() }
+        let mut left_out: BTreeMap<(u32, u32), (u32, BlockMask)> = BTreeMap::new();
+        for list in lists.iter().filter(|list| !list.holes.is_empty()) {
+            let Some(stencil) = list.stencil else { continue };
+            left_out.entry((stencil.list, stencil.group)).or_default().1.add(&list.holes);
+        }
+        // As `BlockMask::words`, in halves.
+        let blocks = [view.width, view.height].map(|side| (side as usize).div_ceil(BLOCK));
+        let words = (2 * blocks[0].div_ceil(64) * blocks[1]).max(1);
+        let first = scene.objects.len().div_ceil(words).max(1) as u32;
+        for (number, (choice, _)) in (first..).zip(left_out.values_mut()) {
+            *choice = number;
+        }
+        Self { known, has_rest, bumpy: bumpy.collect(), left_out, words }
+    }
+
+    /// For each object the bits of hits and the choice of blocks, and then these choices.
+    fn of_objects(&self, scene: &Scene) -> Vec<u32> {
+        let of_object = |object: u32| {
+            let (bits, choice) = self.at(0, object + 1);
+            bits | choice
+        };
+        let mut numbers: Vec<u32> = (0..scene.objects.len() as u32).map(of_object).collect();
+        for (choice, blocks) in self.left_out.values().filter(|(choice, _)| *choice < CHOICES) {
+            numbers.resize(*choice as usize * self.words, 0);
+            numbers.extend(blocks.words().iter().flat_map(|word| [*word as u32, (word >> 32) as u32]));
+        }
+        numbers
+    }
+
+    /// The bits of hits on triangles of a group on a path, and the choice of blocks where they do not hold, or 0.
+    fn at(&self, path: u32, group: u32) -> (u32, u32) {
+        match self.left_out.get(&(path, group)) {
+            Some((choice, _)) if *choice >= CHOICES => (0, 0),
+            Some((choice, _)) => (self.bits(path, group), *choice),
+            None => (self.bits(path, group), 0),
+        }
     }
 
     /// The bits of hits on triangles of a group on a path.
@@ -214,10 +255,10 @@ impl Clip {
         scene: &Scene,
         list: &DrawList,
         holes: bool,
-        continued: impl Fn(u32) -> u32,
+        continued: impl Fn(u32) -> (u32, u32),
         corners: &mut Vec<ListCorner>,
     ) {
-        let mut last = (u32::MAX, 0);
+        let mut last = (u32::MAX, (0, 0));
         for (index, triangle) in list.triangles.iter().enumerate().filter(|(_, one)| one.alpha_tested == holes) {
             let vertices = triangle.vertices.map(|vertex| list.vertices.get(vertex as usize));
             let [Some(a), Some(b), Some(c)] = vertices else { continue };
@@ -231,9 +272,10 @@ impl Clip {
             if triangle.group != last.0 {
                 last = (triangle.group, continued(triangle.group));
             }
-            let hit = (triangle.source + 1) | onward_bits(scene, triangle.source) | last.1;
+            let (bits, blocks) = last.1;
+            let hit = (triangle.source + 1) | onward_bits(scene, triangle.source) | bits;
             let places = list.corners.get(index).map_or(WHOLE, |places| places.map(|place| place.to_array()));
-            let corner = |(position, at)| ListCorner { position, at, hit, unused: 0 };
+            let corner = |(position, at)| ListCorner { position, at, hit, blocks };
             corners.extend(positions.into_iter().zip(places).map(corner));
         }
     }

@@ -1,7 +1,7 @@
 //! From the virtual geometry of a view to its picture and overlays: with tiles for the paths that it lacks.
 
 use super::super::MapsInView;
-use super::super::lists::{EndsOfPaths, draw_lists, leave_to_tiles};
+use super::super::lists::{EndsOfPaths, draw_lists};
 use super::super::overlays::{self, ShownPixels};
 use super::super::work_limit::ExactTiles;
 use super::VirtualGeometry;
@@ -10,10 +10,10 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginnings, SpecularPath};
 use catoptric_engine::method::{Job, Quality, Report, report};
-use catoptric_engine::raster;
+use catoptric_engine::raster::{self, BlockMask};
 use std::collections::HashSet;
 
-impl VirtualGeometry<'_> {
+impl VirtualGeometry {
     /// That of a view all of whose paths are left to something else, without a try.
     pub(crate) fn all_left(paths_left: PathBeginnings) -> Self {
         let mut report = Report::default();
@@ -22,7 +22,8 @@ impl VirtualGeometry<'_> {
         report.counts.extend(none);
         report.counts.insert("paths_not_tried_again", count);
         report.add_fallback("paths_drawn_by_tiles", count);
-        Self { paths: Vec::new(), paths_left, paths_too_long: 0, wrong_triangles: &[], ends: EndsOfPaths::GoOn, report }
+        let ends = EndsOfPaths::GoOn(BlockMask::default());
+        Self { paths: Vec::new(), paths_left, paths_too_long: 0, has_wrong_lenses: false, ends, report }
     }
 
     /// Rasterises it. Reflectors with environment maps show these, and maps of far objects take the place of their
@@ -37,11 +38,11 @@ impl VirtualGeometry<'_> {
         maps: MapsInView<'_>,
         target: &mut Framebuffer,
     ) -> Result<Report, RenderError> {
-        let Self { paths, paths_left, paths_too_long, wrong_triangles, ends, mut report } = self;
+        let Self { paths, paths_left, paths_too_long, has_wrong_lenses, ends, mut report } = self;
         if paths_too_long > 0 {
             report.warnings.push(too_long_warning(tiles.go_on()));
         }
-        if !wrong_triangles.is_empty() {
+        if has_wrong_lenses {
             report.warnings.push(wrong_lenses_warning(tiles.go_on()));
         }
         let of_work = paths_left.len() as u64 > paths_too_long;
@@ -52,7 +53,7 @@ impl VirtualGeometry<'_> {
             report.warnings.push(warning.into());
         }
         report.warnings.extend(report::bumpy_surfaces(job.scene));
-        report.add(tiles.draw(job, paths, (ends, wrong_triangles), maps, target)?);
+        report.add(tiles.draw(job, paths, &ends, maps, target)?);
         Ok(report)
     }
 
@@ -71,14 +72,11 @@ impl VirtualGeometry<'_> {
     ) -> Result<Option<Overlay>, RenderError> {
         let Job { scene, view, quality, progress } = *job;
         let job = &Job { quality: Quality { samples: 1, ..quality }, ..*job };
-        let Self { paths, paths_left, wrong_triangles, ends, .. } = self;
+        let Self { paths, paths_left, ends, .. } = self;
         let drawn = paths.iter().map(|geometry| geometry.path.clone()).collect();
-        let mut lists = draw_lists(job, paths, maps.whole, ends);
+        let lists = draw_lists(job, paths, maps.whole, &ends);
         let shown = match ends {
-            EndsOfPaths::GoOn => {
-                leave_to_tiles(scene, &mut lists, wrong_triangles);
-                tiles.shown(job, &lists, maps)?
-            }
+            EndsOfPaths::GoOn(_) => tiles.shown(job, &lists, maps)?,
             EndsOfPaths::Environment => ShownPixels::of(scene, view, |shader, target| {
                 raster::draw(view, 1, &lists, shader, target, progress).map(drop)
             })?,

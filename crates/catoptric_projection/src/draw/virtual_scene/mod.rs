@@ -24,6 +24,7 @@ use catoptric_engine::method::projector::{PathBeginnings, SpecularPath, VertexPr
 use catoptric_engine::method::{Job, Report};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::path::manifold::{MeshTopologies, SpecularSurfaces};
+use catoptric_engine::raster::BlockMask;
 use failed_paths::{FailedPaths, WholePaths};
 use maker::{FirstMesh, MeshMaker, PathObject};
 use std::collections::{HashMap, HashSet};
@@ -62,16 +63,16 @@ pub(crate) struct MeshesOfView<'a, P: ?Sized> {
 }
 
 /// The virtual meshes of a view, path by path.
-pub(crate) struct VirtualGeometry<'a> {
+pub(crate) struct VirtualGeometry {
     pub(crate) paths: Vec<PathGeometry>,
     /// Paths that are left to something else.
     pub(crate) paths_left: PathBeginnings,
     /// The number of those of more bounces than projected paths have: left too, or not drawn.
     paths_too_long: u64,
-    /// Triangles, seen directly, at which no path goes on where tiles do.
-    wrong_triangles: &'a [u32],
+    /// True if appearances in lenses were found wrong.
+    has_wrong_lenses: bool,
     /// What is seen where no path goes on.
-    ends: EndsOfPaths,
+    pub(super) ends: EndsOfPaths,
     pub(crate) report: Report,
 }
 
@@ -196,13 +197,13 @@ impl VirtualScene {
     ///
     /// # Errors
     /// [`Cancelled`].
-    pub(crate) fn geometry<'a, P: VertexProjector + ?Sized>(
+    pub(crate) fn geometry<P: VertexProjector + ?Sized>(
         &self,
         job: &Job<'_>,
         MeshesOfView { projector, quality, steady }: &MeshesOfView<'_, P>,
         (work, whole): (u64, Option<&PathBeginnings>),
-        (maps, wrong_triangles): (MapsInView<'_>, &'a [u32]),
-    ) -> Result<VirtualGeometry<'a>, Cancelled> {
+        (maps, wrong_in_lenses): (MapsInView<'_>, Option<&BlockMask>),
+    ) -> Result<VirtualGeometry, Cancelled> {
         let mut report = Report::default();
         let mut watch = Stopwatch::new();
         let projector = *projector;
@@ -267,13 +268,15 @@ impl VirtualScene {
         report.add_fallback("paths_drawn_by_tiles", paths_left.len() as u64);
         let has_holes = paths.iter().any(|path| !path.holes.is_empty());
         let by_tiles = whole.is_some();
-        let of_triangles = if by_tiles { "lens_triangles_drawn_by_tiles" } else { "wrong_lens_triangles" };
-        report.add_fallback(of_triangles, wrong_triangles.len() as u64);
-        let ends = match by_tiles && (has_holes || !paths_left.is_empty() || !wrong_triangles.is_empty()) {
-            true => EndsOfPaths::GoOn,
+        let wrong_in_lenses = wrong_in_lenses.cloned().unwrap_or_default();
+        let has_wrong_lenses = !wrong_in_lenses.is_empty();
+        let of_blocks = if by_tiles { "lens_blocks_drawn_by_tiles" } else { "wrong_lens_blocks" };
+        report.add_fallback(of_blocks, wrong_in_lenses.count());
+        let ends = match by_tiles && (has_holes || !paths_left.is_empty() || has_wrong_lenses) {
+            true => EndsOfPaths::GoOn(wrong_in_lenses),
             false => EndsOfPaths::Environment,
         };
-        Ok(VirtualGeometry { paths, paths_left, paths_too_long, wrong_triangles, ends, report })
+        Ok(VirtualGeometry { paths, paths_left, paths_too_long, has_wrong_lenses, ends, report })
     }
 }
 

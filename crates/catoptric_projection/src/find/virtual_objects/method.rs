@@ -14,6 +14,7 @@ use catoptric_core::scene::{PreciseView, Scene, View};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::{MethodInfo, Quality, Report};
+use catoptric_engine::raster::BlockMask;
 use std::sync::Arc;
 
 /// Edges of reflectors longer than this share of their radius are halved: corrections need small triangles.
@@ -119,14 +120,14 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
                 _ => TOLERANCE_PX,
             };
             let wrong = wrong_in_lenses(&projector, &specular, view, tolerance_px, stages.progress)?;
-            tree.wrong_triangles = wrong.triangles;
+            tree.wrong_in_lenses = wrong.blocks;
             tree.left_out.extend(wrong.paths);
         }
         Ok(tree)
     }
 
-    fn wrong_triangles<'a>(&self, tree: &'a PathTree<M::Locator>) -> &'a [u32] {
-        &tree.wrong_triangles
+    fn wrong_in_lenses<'a>(&self, tree: &'a PathTree<M::Locator>) -> Option<&'a BlockMask> {
+        Some(&tree.wrong_in_lenses)
     }
 
     fn is_complete(&self, data: &PathTree<M::Locator>) -> bool {

@@ -15,6 +15,7 @@ use catoptric_engine::method::Report;
 use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginnings, SpecularPath};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::step::relative_index;
+use catoptric_engine::raster::BlockMask;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -129,8 +130,8 @@ pub struct PathTree<L> {
     /// Paths that are not built, because there were too many or too much to do for them, without longer ones that would
     /// start with them. Where both paths of a lens are not built, it is the one that reflects.
     pub(crate) left_out: Vec<SpecularPath>,
-    /// Triangles of the scene that show lenses where appearances are wrong, seen directly, sorted.
-    pub(crate) wrong_triangles: Vec<u32>,
+    /// Blocks of the picture where appearances in lenses that are seen directly are wrong.
+    pub(crate) wrong_in_lenses: BlockMask,
     /// Work that is left for building paths.
     remaining: u64,
     /// Paths that are not to be built.
@@ -172,7 +173,7 @@ impl<L: Locator> PathTree<L> {
             view: view.clone(),
             images,
             left_out: Vec::new(),
-            wrong_triangles: Vec::new(),
+            wrong_in_lenses: BlockMask::default(),
             remaining: work,
             without: without.clone(),
         };
