@@ -30,5 +30,5 @@ pub mod methods;
 pub use catoptric_core::output;
 #[cfg(feature = "files")]
 pub use catoptric_core::picture;
-pub use catoptric_core::{clock, framebuffer, math, parallel, progress, scene, surface, tone};
+pub use catoptric_core::{clock, framebuffer, input, math, parallel, progress, scene, surface, tone};
 pub use catoptric_engine::{error, light, metrics, optics, raster};

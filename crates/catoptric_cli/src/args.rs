@@ -263,7 +263,7 @@ pub(crate) struct RenderArgs {
     /// File of the picture: .png, .jpg or .webp (sRGB), or .exr (linear RGBA floats). A name such as frame-####.png or
     /// frame-%04d.png has a place for the number of a frame: every frame is written. `-`: PNG to standard output,
     /// frames of a range one after the other
-    #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path, value_hint = ValueHint::FilePath)]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::picture_path(), value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
     pub(crate) output: FileOrStream,
     #[command(flatten)]
@@ -535,7 +535,7 @@ pub(crate) struct InfoArgs {
 pub(crate) struct ProjectArgs {
     /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", help_heading = "Scene", display_order = 0)]
-    pub(crate) scene: String,
+    pub(crate) scene: PathBuf,
     /// Limit paths to reflectors and lenses of this node or material name; others still block (repeat) [default: all]
     #[arg(long, value_name = "NAME or GLOB", help_heading = "Scene", display_order = 1)]
     pub(crate) reflector: Vec<String>,

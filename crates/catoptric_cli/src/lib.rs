@@ -17,7 +17,7 @@ mod terminal;
 
 use args::{Cli, Command, Global, from_variables, name_variable, with_variables};
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
-use failure::{Failure, Output, written};
+use failure::{Failure, Output, text, written};
 use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
@@ -49,8 +49,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 /// Prints the command line's help or fault.
 fn explain(message: &clap::Error) -> ExitCode {
-    let text = name_variable(message).unwrap_or_else(|| message.to_string());
-    let plain = in_words(&text);
+    let words = name_variable(message).unwrap_or_else(|| message.to_string());
+    let plain = text::some_lines(&in_words(&words));
     if message.use_stderr() && plain != message.to_string() {
         failure::say(plain.trim_end());
         return ExitCode::from(2);
@@ -95,13 +95,21 @@ fn obey(cli: &Cli, options: &ArgMatches, words: &[OsString]) -> Result<u8, Failu
         Command::Completions(args) => commands::completions::run(args.shell).into(),
     };
     let mut stdout = std::io::stdout().lock();
-    written(stdout.write_all(output.text.as_bytes()).and_then(|()| stdout.flush()))?;
+    let shown = text::printable(&output.text);
+    written(stdout.write_all(shown.as_bytes()).and_then(|()| stdout.flush()))?;
     Ok(output.code)
 }
 
+/// The most threads for each core: more wait for each other.
+const MOST_THREADS_A_CORE: usize = 4;
+
 fn set_threads(global: &Global) -> Result<(), Failure> {
-    if let Some(threads) = global.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    let Some(wanted) = global.threads else { return Ok(()) };
+    let most = MOST_THREADS_A_CORE * std::thread::available_parallelism()?.get();
+    let threads = usize::from(wanted).min(most);
+    if threads < usize::from(wanted) && !global.quiet {
+        failure::say(format_args!("note: --threads {wanted}: {threads} work, {MOST_THREADS_A_CORE} for each core"));
     }
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global()?;
     Ok(())
 }

@@ -8,6 +8,7 @@ pub(crate) use stream::{FileOrStream, file, file_or_stream, place};
 
 use catoptric::picture::PictureFormat;
 use catoptric_scenes::import::EnvironmentEdit;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use glam::{DVec3, Vec3};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -153,8 +154,23 @@ pub(crate) fn exposure(text: &str) -> Result<Exposure, String> {
     }
 }
 
-pub(crate) fn picture_path(text: &str) -> Result<FileOrStream, String> {
-    let picture = FileOrStream::from(PathBuf::from(text));
+/// Reads the name of a picture or its pattern, or `-`.
+pub(crate) fn picture_path() -> impl TypedValueParser<Value = FileOrStream> {
+    PathBufValueParser::new().try_map(picture)
+}
+
+/// Reads the name of a PNG picture.
+pub(crate) fn png_path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(png)
+}
+
+/// Reads the name of a mask or its pattern.
+pub(crate) fn mask_path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(mask)
+}
+
+fn picture(path: PathBuf) -> Result<FileOrStream, String> {
+    let picture = FileOrStream::from(path);
     let Some(path) = picture.path() else { return Ok(picture) };
     if PictureFormat::from_path(path).is_none() {
         return Err(format!("the name must end in {}, or be `-`", PictureFormat::EXTENSIONS));
@@ -170,16 +186,16 @@ pub(crate) fn share(text: &str) -> Result<f64, String> {
     }
 }
 
-pub(crate) fn png_path(text: &str) -> Result<PathBuf, String> {
-    let path = stream::no_stream(PathBuf::from(text))?;
+fn png(path: PathBuf) -> Result<PathBuf, String> {
+    let path = stream::no_stream(path)?;
     match PictureFormat::from_path(&path) {
         Some(PictureFormat::Png) => Ok(path),
         _ => Err("the name must end in .png".into()),
     }
 }
 
-pub(crate) fn mask_path(text: &str) -> Result<PathBuf, String> {
-    let path = stream::no_stream(PathBuf::from(text))?;
+fn mask(path: PathBuf) -> Result<PathBuf, String> {
+    let path = stream::no_stream(path)?;
     NamePattern::of(&path)?;
     match PictureFormat::from_path(&path) {
         Some(PictureFormat::Png | PictureFormat::Exr) => Ok(path),
@@ -238,11 +254,12 @@ mod tests {
     fn pairs_and_names() {
         assert_eq!(key_value("a = b=c"), Ok(("a".into(), "b=c".into())));
         assert!(key_value("a").is_err() && key_value("=a").is_err());
-        assert!(picture_path("a.PNG").is_ok() && picture_path("a.bmp").is_err() && picture_path("png").is_err());
-        assert!(["a.jpg", "a.JPEG", "a.webp", "a-##.exr"].iter().all(|name| picture_path(name).is_ok()));
-        assert!(mask_path("a.exr").is_ok() && mask_path("a.jpg").is_err() && mask_path("##-##.png").is_err());
+        let (picture, mask) = (|name: &str| picture(name.into()), |name: &str| mask(name.into()));
+        assert!(picture("a.PNG").is_ok() && picture("a.bmp").is_err() && picture("png").is_err());
+        assert!(["a.jpg", "a.JPEG", "a.webp", "a-##.exr"].iter().all(|name| picture(name).is_ok()));
+        assert!(mask("a.exr").is_ok() && mask("a.jpg").is_err() && mask("##-##.png").is_err());
         assert!(
-            png_path("a.exr").is_err() && share("0.5") == Ok(0.5) && share("1.1").is_err() && share("nan").is_err()
+            png("a.exr".into()).is_err() && share("0.5") == Ok(0.5) && share("1.1").is_err() && share("nan").is_err()
         );
         assert!(table_path("a.CSV").is_ok() && table_path("a.npy").is_ok() && table_path("csv").is_err());
         assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("40").is_ok());

@@ -19,27 +19,29 @@ use std::sync::Arc;
 /// The model that SCENE names, with the variant that is chosen and the environment that the options want. Files from
 /// other programs that bring no light are lit by a studio if they have mirrors or glass, or roles are given.
 pub(crate) fn load(
-    scene: &str,
+    scene: &Path,
     choice: &ChoiceArgs,
     options: &EnvironmentArgs,
     has_roles: bool,
 ) -> Result<Model, Failure> {
     let variant = choice.variant.as_deref();
     let loading = LoadOptions { variant, allow_outside: choice.allow_outside };
-    let mut model = match scene.strip_prefix("builtin:") {
+    let mut model = match built_in(scene) {
         Some(_) if variant.is_some() => {
-            return Err(Failure::input(format!("{scene}: --variant: built-in scenes have no variants")));
+            return Err(Failure::input(format!("{}: --variant: built-in scenes have no variants", scene.display())));
         }
         Some(spec) => builtin::parse(spec)?,
-        None => import::load_with(Path::new(scene), loading).map_err(|error| match error {
-            SceneError::Unknown { kind: "variant", .. } => Failure::input(format!("{scene}: --variant: {error}")),
+        None => import::load_with(scene, loading).map_err(|error| match error {
+            SceneError::Unknown { kind: "variant", .. } => {
+                Failure::input(format!("{}: --variant: {error}", scene.display()))
+            }
             error => error.into(),
         })?,
     };
     if let Some(path) = &options.environment {
         model.environment = Some(Arc::new(import::load_environment(path, &mut model.warnings)?));
     }
-    let is_own = scene.starts_with("builtin:") || Path::new(scene).extension().is_some_and(|kind| kind == "toml");
+    let is_own = built_in(scene).is_some() || scene.extension().is_some_and(|kind| kind == "toml");
     if !is_own {
         light_if_dark(&mut model, has_roles);
     }
@@ -51,6 +53,11 @@ pub(crate) fn load(
     }
     settings::check(&model)?;
     Ok(model)
+}
+
+/// The built-in scene that a word names, with its parameters.
+pub(crate) fn built_in(scene: &Path) -> Option<&str> {
+    scene.to_str()?.strip_prefix("builtin:")
 }
 
 /// Makes what lets light pass without a volume solid, if that is wanted.

@@ -1,7 +1,7 @@
 //! Messages of the program while it works.
 
 use crate::args::{Global, ProgressChoice};
-use crate::failure;
+use crate::failure::{self, text};
 use crate::parse::FileOrStream;
 use catoptric::progress::{Cancelled, Progress};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -67,28 +67,32 @@ impl Terminal {
     /// Says errors that do not end the work, even when quiet.
     pub(crate) fn errors(&self, errors: &[String]) {
         for error in errors {
-            failure::say(format_args!("error: {error}"));
+            failure::say(format_args!("error: {}", text::one_line(error)));
         }
     }
 
     /// A line for the user on standard error, unless only errors are wanted.
     pub(crate) fn say(&self, line: &str) {
         if !self.quiet {
-            failure::say(line);
+            failure::say(text::printable(line));
         }
     }
 
     /// The same above the progress bar, where one is shown.
     pub(crate) fn say_above(&self, line: &str) {
         match self.stage.lock().ok().and_then(|stage| stage.bar.clone()) {
-            Some(bar) if !self.quiet => bar.println(line),
+            Some(bar) if !self.quiet => bar.println(text::printable(line)),
             _ => self.say(line),
         }
     }
 
-    /// True if progress is shown as a bar.
-    pub(crate) fn shows_bars(&self) -> bool {
-        self.bars
+    /// Prints a value as a line of JSON on standard error, if lines are wanted; returns false if not.
+    pub(crate) fn tell(&self, value: &impl serde::Serialize) -> bool {
+        match serde_json::to_string(value) {
+            Ok(line) if self.lines => failure::say(text::printable_json(line)),
+            _ => return false,
+        }
+        true
     }
 
     /// Prints each warning once.
@@ -100,7 +104,7 @@ impl Terminal {
         let distinct: Vec<&String> = warnings.into_iter().filter(|warning| seen.insert(warning.as_str())).collect();
         let shown = if self.verbose { distinct.len() } else { MAX_WARNINGS.min(distinct.len()) };
         for warning in &distinct[..shown] {
-            failure::say(format_args!("warning: {warning}"));
+            failure::say(format_args!("warning: {}", text::one_line(warning)));
         }
         if shown < distinct.len() {
             failure::say(format_args!("warning: {} more; -v shows them", distinct.len() - shown));
@@ -150,7 +154,7 @@ impl Stage {
             self.name.replace_range(.., name);
             self.last_line = Some(Instant::now());
             let line = serde_json::json!({ "subject": self.subject, "stage": name, "done": done, "of": of });
-            failure::say(line);
+            failure::say(text::printable_json(line.to_string()));
         }
     }
 

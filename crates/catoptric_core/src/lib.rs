@@ -5,6 +5,7 @@
 pub mod clock;
 pub mod error;
 pub mod framebuffer;
+pub mod input;
 pub mod math;
 #[cfg(feature = "outputs")]
 pub mod output;

@@ -8,12 +8,15 @@ pub use layers::{Channel, ChannelValues, encode_layers};
 
 use crate::error::SceneError;
 use crate::framebuffer::{Framebuffer, linear_from_srgb};
+use crate::input::read_file;
 use exr::prelude as openexr;
 use std::io;
 use std::path::Path;
 
 /// Larger pictures are refused: they are damaged headers far more often than pictures.
 const MAX_SIDE: u32 = 65_536;
+/// The largest file of a picture.
+const MAX_FILE_BYTES: u64 = 4 << 30;
 /// The most memory that decoding a picture may take.
 const MAX_DECODED_BYTES: u64 = 4 << 30;
 
@@ -22,7 +25,7 @@ const MAX_DECODED_BYTES: u64 = 4 << 30;
 /// # Errors
 /// [`SceneError::Read`] when the file cannot be opened, [`SceneError::Invalid`] when it is no picture that can be read.
 pub fn read(path: &Path) -> Result<Framebuffer, SceneError> {
-    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    let bytes = bytes_of(path)?;
     let invalid = |problem: String| SceneError::invalid(path.display().to_string(), "picture", problem);
     // By content: extensions lie.
     if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) { read_exr(&bytes) } else { read_with_image(&bytes) }
@@ -35,8 +38,12 @@ pub fn read(path: &Path) -> Result<Framebuffer, SceneError> {
 /// # Errors
 /// [`SceneError::Read`], and [`SceneError::Invalid`] for other pictures and those without such a channel.
 pub fn read_channel(path: &Path, names: &[&str]) -> Result<(u32, u32, Vec<f32>), SceneError> {
-    let bytes = std::fs::read(path).map_err(|source| SceneError::Read { path: path.into(), source })?;
+    let bytes = bytes_of(path)?;
     channel_of(&bytes, names).map_err(|problem| SceneError::invalid(path.display().to_string(), "picture", problem))
+}
+
+fn bytes_of(path: &Path) -> Result<Vec<u8>, SceneError> {
+    read_file(path, MAX_FILE_BYTES).map_err(|source| SceneError::Read { path: path.into(), source })
 }
 
 fn channel_of(bytes: &[u8], names: &[&str]) -> Result<(u32, u32, Vec<f32>), String> {

@@ -3,10 +3,14 @@
 use super::{Created, Entry, Store, check_name};
 use crate::error::BakeError;
 use crate::publish;
+use catoptric::input::read_file;
 use catoptric::output;
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+
+/// The largest file that is read whole: plans and units are far smaller.
+const MAX_BYTES: u64 = 8 << 30;
 
 /// A folder of a local or network file system.
 ///
@@ -86,7 +90,7 @@ impl Store for LocalStore {
 
     fn get(&self, name: &str) -> Result<Option<Vec<u8>>, BakeError> {
         let path = self.path(name)?;
-        match fs::read(&path) {
+        match read_file(&path, MAX_BYTES) {
             Ok(bytes) => Ok(Some(bytes)),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
             Err(error) => Err(BakeError::read(path.display().to_string(), error)),

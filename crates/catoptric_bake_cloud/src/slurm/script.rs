@@ -121,14 +121,15 @@ impl SlurmScripts {
     fn bake(&self) -> String {
         let mut script = self.head("", "slurm-%A_%a");
         script += &directive(&format!("--array=0-{}", self.tasks - 1));
-        // Ahead of the time limit, so that the unit at work is finished.
+        // Ahead of the time limit: tasks end by themselves, and are told from those that were killed.
         script += &directive("--signal=B:TERM@60");
         script += &self.options();
         script
             + &format!(
                 "# What is done stays done: this may be killed, or run twice, at any time.\n\
                 # Words behind the script's name go on the command line.\n\
-                exec {} bake run {} --shard auto --threads \"${{SLURM_CPUS_ON_NODE:-1}}\" \"$@\"\n",
+                exec {} bake run {} --shard auto --progress lines \\\n  \
+                --threads \"${{SLURM_CPUS_ON_NODE:-1}}\" \"$@\"\n",
                 word(&self.program),
                 word(&self.place)
             )
@@ -233,7 +234,8 @@ mod tests {
 #SBATCH --partition=long -t 4:00:00 "--comment=a \"b\""
 # What is done stays done: this may be killed, or run twice, at any time.
 # Words behind the script's name go on the command line.
-exec /opt/catoptric bake run '/data/my 100%/room.parts' --shard auto --threads "${SLURM_CPUS_ON_NODE:-1}" "$@"
+exec /opt/catoptric bake run '/data/my 100%/room.parts' --shard auto --progress lines \
+  --threads "${SLURM_CPUS_ON_NODE:-1}" "$@"
 "#;
         assert_eq!(scripts(&["--partition=long", "-t", "4:00:00", "--comment=a \"b\""]).bake(), expected);
     }

@@ -54,6 +54,6 @@ pub(crate) struct PictureArgs {
     #[arg(long)]
     pub(crate) layers: bool,
     /// Picture of the share of each pixel whose first surface is a reflector or lens (.png or .exr)
-    #[arg(long, value_name = "FILE", value_parser = parse::mask_path)]
+    #[arg(long, value_name = "FILE", value_parser = parse::mask_path())]
     pub(crate) mask: Option<PathBuf>,
 }

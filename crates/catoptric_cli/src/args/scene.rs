@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub(crate) struct SceneArgs {
     /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", display_order = 0)]
-    pub(crate) scene: String,
+    pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) environment: EnvironmentArgs,
     /// Make objects of this node or material name mirrors (repeat; later roles win)

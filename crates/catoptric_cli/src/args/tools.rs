@@ -24,7 +24,7 @@ pub(crate) struct DiffArgs {
     #[arg(display_order = 1)]
     pub(crate) reference: PathBuf,
     /// Write a picture of where they differ: FLIP from black over purple and orange to yellow (.png)
-    #[arg(long, short, value_name = "FILE", value_parser = parse::png_path, value_hint = ValueHint::FilePath)]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::png_path(), value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,
     /// End with exit code 3 if the mean of FLIP, 0 to 1, is greater than this

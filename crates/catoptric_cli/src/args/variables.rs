@@ -32,7 +32,7 @@ pub(crate) fn with_variables(command: Command) -> Command {
             command.mut_arg(option, |arg| arg.env(variable).hide_env(true))
         })
     };
-    let command = with(command, &GENERAL);
+    let command = with(command, &GENERAL).mut_subcommands(|command| command.allow_negative_numbers(true));
     let command = command.mut_subcommand("render", |render| with(with(render, &OF_PICTURES), &OF_RENDER));
     command.mut_subcommand("compare", |compare| with(compare, &OF_PICTURES))
 }

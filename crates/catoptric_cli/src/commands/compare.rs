@@ -192,6 +192,8 @@ struct Staging {
     hidden: TemporaryFolder,
     _new: NewFolders,
     folder: PathBuf,
+    /// Files of the report that is replaced.
+    earlier: Vec<String>,
 }
 
 impl Staging {
@@ -201,8 +203,24 @@ impl Staging {
         };
         let mut new = NewFolders::default();
         new.create(folder).map_err(fail)?;
+        let earlier = match report::files_of(folder) {
+            Some(earlier) => earlier,
+            None => {
+                let is_foreign = |name: std::ffi::OsString| !output::is_temporary(&name.to_string_lossy());
+                let mut names =
+                    std::fs::read_dir(folder).map_err(fail)?.filter_map(|entry| Some(entry.ok()?.file_name()));
+                if let Some(name) = names.find(|name| is_foreign(name.clone())) {
+                    let name = name.display();
+                    return Err(Failure::usage(format!(
+                        "--report {}: the folder has other files, such as `{name}`; name a new or empty one",
+                        folder.display()
+                    )));
+                }
+                Vec::new()
+            }
+        };
         let hidden = TemporaryFolder::within(folder).map_err(fail)?;
-        Ok(Self { hidden, _new: new, folder: folder.into() })
+        Ok(Self { hidden, _new: new, folder: folder.into(), earlier })
     }
 
     fn path(&self) -> &Path {
@@ -219,6 +237,10 @@ impl Staging {
             names.push(entry.map_err(fail)?.file_name());
         }
         names.sort_by_key(|name| name == "report.html");
+        for name in self.earlier.iter().filter(|name| !names.iter().any(|new| new == name.as_str())) {
+            // A file that is missing already is as good as removed.
+            let _ = std::fs::remove_file(self.folder.join(name));
+        }
         for name in names {
             output::move_file(&self.path().join(&name), &self.folder.join(&name)).map_err(fail)?;
         }

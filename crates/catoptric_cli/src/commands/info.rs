@@ -3,6 +3,7 @@
 use super::{columns, pretty};
 use crate::args::{InfoArgs, SceneArgs, Shadows};
 use crate::failure::Failure;
+use crate::failure::text;
 use crate::scene_source;
 use catoptric::math::Aabb;
 use catoptric::progress::Silent;
@@ -142,7 +143,7 @@ fn as_written(value: Value) -> Value {
 }
 
 fn as_text(model: &Model, scene: &Scene, clips: &[Clip]) -> String {
-    let mut text = format!("{}\n", model.name);
+    let mut text = format!("{}\n", text::name(&model.name));
     let specular = scene.specular_objects().len();
     text += &format!(
         "{} triangles, {} vertices, {} objects ({specular} reflectors or lenses), bounds {}\n",
@@ -199,9 +200,9 @@ fn as_text(model: &Model, scene: &Scene, clips: &[Clip]) -> String {
         vec![shown(&clip.name), format!("{} s", clip.duration), format!("{} channels", clip.channels), plays.into()]
     });
     if let Some(environment) = &scene.environment {
-        text += &format!("\nEnvironment: {}\n", environment.name);
+        text += &format!("\nEnvironment: {}\n", text::name(&environment.name));
     }
-    section(&mut text, "Warnings", &model.warnings, |warning| vec![warning.clone()]);
+    section(&mut text, "Warnings", &model.warnings, |warning| vec![text::one_line(warning)]);
     text
 }
 
@@ -238,7 +239,7 @@ fn section<T>(text: &mut String, title: &str, items: &[T], row: impl Fn(&T) -> V
 }
 
 fn shown(name: &str) -> String {
-    if name.is_empty() { "(no name)".into() } else { name.into() }
+    if name.is_empty() { "(no name)".into() } else { text::name(name) }
 }
 
 fn projection(camera: &Camera) -> (&'static str, (&'static str, f32)) {
@@ -278,7 +279,11 @@ fn point_json(scene: &Scene, point: Vec3) -> Value {
 
 fn point_text(scene: &Scene, point: Vec3) -> String {
     let point = scene.origin + point.as_dvec3();
-    format!("({:.3}, {:.3}, {:.3})", point.x, point.y, point.z)
+    // Of tiny scenes three decimals tell nothing.
+    match f64::from(scene.bounds.diagonal()).max(scene.origin.length()) {
+        size if size > 0.0 && size < 0.1 => format!("({:.3e}, {:.3e}, {:.3e})", point.x, point.y, point.z),
+        _ => format!("({:.3}, {:.3}, {:.3})", point.x, point.y, point.z),
+    }
 }
 
 fn bounds_text(scene: &Scene, bounds: &Aabb) -> String {

@@ -15,13 +15,15 @@ pub(crate) mod view;
 
 pub(crate) use crate::report::pretty;
 
-/// Columns of text, each as wide as its widest cell.
+use crate::failure::text::MOST_OF_NAME;
+
+/// Columns of text, each as wide as its widest cell, as long as that is no wider than a name.
 pub(crate) fn columns(rows: &[Vec<String>]) -> String {
     let mut widths: Vec<usize> = Vec::new();
     for row in rows {
         widths.resize(widths.len().max(row.len()), 0);
         for (width, cell) in widths.iter_mut().zip(row) {
-            *width = (*width).max(cell.chars().count());
+            *width = (*width).max(cell.chars().count().min(MOST_OF_NAME));
         }
     }
     let line = |row: &Vec<String>| {

@@ -1,5 +1,6 @@
 //! `catoptric render`: a picture, or the frames of a sequence.
 
+mod inputs;
 mod passes;
 mod pictures;
 mod plan;
@@ -29,6 +30,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     check_samples(args.draw.samples, method)?;
     let plan = Plan::new(args, options)?;
     let outputs = outputs(args, &plan)?;
+    inputs::refuse_inputs(outputs.iter().filter_map(FileOrStream::path), args)?;
     let mut shot = Shot::load(&args.scene, options, &args.view, &args.draw, plan.sequence, terminal)?;
     if args.picture.transparent {
         shot.hide_background();

@@ -4,12 +4,18 @@ mod page;
 mod plot;
 
 use crate::failure::Failure;
+use crate::failure::text;
 use crate::stats::{ErrorReport, Stats};
+use catoptric::input::read_file;
 use catoptric::methods::MethodInfo;
 use catoptric::output;
 use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
+
+/// The file with all numbers of a report.
+const REPORT: &str = "report.json";
+const MOST_REPORT_BYTES: u64 = 256 << 20;
 
 /// The paths whose projections are measured, where tiles have drawn some of a method's.
 pub(crate) const PROJECTION_REMARK: &str = "px, missing and invented are of the paths that the method's own geometry \
@@ -75,9 +81,24 @@ impl Report {
     }
 }
 
-/// Readable JSON with a line end.
+/// Readable JSON with a line end, without characters that a terminal obeys.
 pub(crate) fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {
-    Ok(serde_json::to_string_pretty(value)? + "\n")
+    Ok(text::printable_json(serde_json::to_string_pretty(value)?) + "\n")
+}
+
+/// The names of the files of an earlier report in a folder; `None` if there is none.
+pub(crate) fn files_of(folder: &Path) -> Option<Vec<String>> {
+    let bytes = read_file(&folder.join(REPORT), MOST_REPORT_BYTES).ok()?;
+    let entries: Vec<Value> = serde_json::from_slice(&bytes).ok()?;
+    let is_ours = |entry: &Value| entry["label"].is_string() && entry["reference_ms"].is_number();
+    if !entries.iter().all(is_ours) {
+        return None;
+    }
+    let pictures = entries.iter().flat_map(|entry| [&entry["picture"], &entry["flip_picture"]]);
+    // No path leads out of the folder.
+    let pictures =
+        pictures.filter_map(Value::as_str).filter(|name| !name.contains(['/', '\\']) && name.ends_with(".png"));
+    Some(pictures.map(String::from).collect())
 }
 
 /// Writes `report.json`, `error_time.svg` and `report.html`.
@@ -85,9 +106,7 @@ pub(crate) fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
     let plot = plot::error_against_time(report)?;
     let objects: Vec<EntryJson<'_>> = report.entries.iter().map(|entry| EntryJson::new(report, entry)).collect();
     let page = page::page(report, &plot).into_string();
-    for (name, text) in
-        [("report.json", pretty(&objects)?), ("error_time.svg", plot.standalone()), ("report.html", page)]
-    {
+    for (name, text) in [(REPORT, pretty(&objects)?), ("error_time.svg", plot.standalone()), ("report.html", page)] {
         output::write_file(&folder.join(name), |writer| writer.write_all(text.as_bytes()))?;
     }
     Ok(())

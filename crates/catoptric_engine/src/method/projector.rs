@@ -22,9 +22,12 @@ impl SpecularPath {
         self.bounces.iter().map(|bounce| bounce.kind.letter()).collect()
     }
 
-    /// The names of its objects from the eye on, joined by `>`.
+    /// The names of its objects from the eye on, joined by `>`; one in a name is `\>`, a backslash is two.
     pub fn names(&self, scene: &Scene) -> String {
-        let name = |bounce: &Bounce| scene.objects[bounce.object as usize].name.as_str();
+        let name = |bounce: &Bounce| {
+            let name = scene.objects[bounce.object as usize].name.as_str();
+            name.replace('\\', "\\\\").replace('>', "\\>")
+        };
         self.bounces.iter().map(name).collect::<Vec<_>>().join(">")
     }
 

@@ -1,8 +1,8 @@
 //! Reading files that a user or a scene names, with a limit on their size.
 
 use catoptric_core::error::SceneError;
-use std::fs::File;
-use std::io::Read;
+use catoptric_core::input::read_file;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use unicode_normalization::UnicodeNormalization;
 
@@ -126,20 +126,12 @@ impl Resolver for NoFiles {
 
 /// All bytes of a plain file of at most `limit` bytes.
 pub(super) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, SceneError> {
-    let failed = |source| SceneError::Read { path: path.to_path_buf(), source };
-    let invalid = |problem: String| SceneError::invalid(path.display().to_string(), "file", problem);
-    let file = File::open(path).map_err(failed)?;
-    let metadata = file.metadata().map_err(failed)?;
-    // Devices and pipes may never end.
-    if !metadata.is_file() {
-        return Err(invalid("is no plain file".into()));
-    }
-    if metadata.len() > limit {
-        return Err(invalid(format!("has {} bytes; at most {limit} are allowed", metadata.len())));
-    }
-    let mut bytes = Vec::with_capacity(metadata.len() as usize);
-    file.take(limit).read_to_end(&mut bytes).map_err(failed)?;
-    Ok(bytes)
+    read_file(path, limit).map_err(|error| match error.kind() {
+        ErrorKind::IsADirectory | ErrorKind::InvalidInput | ErrorKind::FileTooLarge => {
+            SceneError::invalid(path.display().to_string(), "file", error.to_string())
+        }
+        _ => SceneError::Read { path: path.to_path_buf(), source: error },
+    })
 }
 
 /// The text of a plain file of at most `limit` bytes.
@@ -155,7 +147,7 @@ pub(super) fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, SceneErro
 }
 
 /// Beginnings of files of other kinds than those that are read, with their names and, after a colon, the remedy.
-const FOREIGN: [(&[u8], &str); 16] = [
+const FOREIGN: [(&[u8], &str); 18] = [
     (b"version https://git-lfs", "a pointer of Git LFS in place of the file: `git lfs pull` brings it"),
     (b"PK\x03\x04", "a ZIP archive (or USDZ): unpack it, or export glTF"),
     (b"\x1f\x8b", "a gzip archive: unpack it"),
@@ -167,6 +159,8 @@ const FOREIGN: [(&[u8], &str); 16] = [
     (b"#usda", "a USD file: export glTF from the program that made it"),
     (b"PXR-USDC", "a USD file: export glTF from the program that made it"),
     (b"\x28\xb5\x2f\xfd", "a Zstandard archive, perhaps of Blender: unpack it"),
+    (b"\xff\xfe", "text in UTF-16: save it as UTF-8"),
+    (b"\xfe\xff", "text in UTF-16: save it as UTF-8"),
     (b"GIF8", "a GIF picture"),
     (b"II*\0", "a TIFF picture"),
     (b"MM\0*", "a TIFF picture"),

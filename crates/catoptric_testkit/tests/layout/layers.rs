@@ -9,7 +9,7 @@ const LAYERS: [&[&str]; 9] = [
     &["clock", "progress"],
     &["error", "parallel"],
     &["math"],
-    &["framebuffer", "output"],
+    &["framebuffer", "input", "output"],
     &["picture", "surface", "tone"],
     &["scene"],
     &["optics"],

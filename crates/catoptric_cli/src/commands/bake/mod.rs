@@ -218,23 +218,22 @@ fn work(
     max_time: Option<Duration>,
     terminal: &Terminal,
 ) -> Result<RunReport, Failure> {
-    // A second signal ends the program at once: published units stay.
+    // Units that take long are given up: published ones stay.
     let stop = failure::stop_softly();
     let until = max_time.map(|time| Instant::now() + time);
     terminal.set_subject(&plan.identity.method);
     let options = RunOptions { shard, units: listed, stop, until, ..RunOptions::default() };
     let count: u64 = options.batches(plan).iter().map(|batch| batch.end - batch.start).sum();
     let stage = Stage::begin(terminal, "baking", count as usize)?;
-    let bars = terminal.shows_bars();
-    let tell = |done: &catoptric_bake::UnitDone<'_>| match serde_json::to_string(done) {
-        Ok(line) if !bars => terminal.say(&line),
-        _ => {
-            if let Some(note) = done.note {
-                terminal.say_above(&format!("{}: {note}", done.name));
-            }
-            // The terminal cancels nothing.
-            let _ = stage.advance(1);
+    let tell = |done: &catoptric_bake::UnitDone<'_>| {
+        if terminal.tell(done) {
+            return;
         }
+        if let Some(note) = done.note.filter(|_| terminal.verbose) {
+            terminal.say_above(&format!("{}: {note}", done.name));
+        }
+        // The terminal cancels nothing.
+        let _ = stage.advance(1);
     };
     Ok(catoptric_bake::run(plan, store, units, &RunOptions { on_unit: &tell, ..options })?)
 }

@@ -59,9 +59,13 @@ impl Recipe {
             None => Table::new(),
         };
         settings.extend(args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))));
-        let scene = match args.scene.scene.starts_with("builtin:") {
-            true => args.scene.scene.clone(),
-            false => whole(Path::new(&args.scene.scene)).to_string_lossy().into_owned(),
+        let scene = match scene_source::built_in(&args.scene.scene) {
+            Some(_) => args.scene.scene.clone(),
+            None => whole(&args.scene.scene),
+        };
+        let Ok(scene) = scene.into_os_string().into_string() else {
+            let problem = "the plan of a bake holds names of Unicode letters alone; rename the file";
+            return Err(Failure::input(format!("{}: {problem}", args.scene.scene.display())));
         };
         let light = &args.scene.environment;
         let is_built_in = |path: &Path| ENVIRONMENT_NAMES.iter().any(|name| path.as_os_str() == *name);
@@ -91,7 +95,7 @@ impl Recipe {
             environment_rotation: self.environment_rotation,
             environment_strength: self.environment_strength,
         };
-        let mut model = scene_source::load(&self.scene, &self.choice, &environment, !roles.is_empty())?;
+        let mut model = scene_source::load(Path::new(&self.scene), &self.choice, &environment, !roles.is_empty())?;
         scene_source::choose_animation(&self.choice, &mut model)?;
         let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
         Ok((model, (roles, shadows, self.time)))

@@ -1,6 +1,7 @@
 //! Rows of found paths, as text or as an array.
 
 use super::npy::RowWriter;
+use crate::failure::text::MOST_OF_NAME;
 use crate::parse::FileOrStream;
 use catoptric::methods::path_query::FoundPath;
 use catoptric::methods::projector::SpecularPath;
@@ -54,7 +55,11 @@ impl Table {
         jacobian: bool,
     ) -> Self {
         let format = if output.has_extension("npy") { Format::Npy } else { Format::Csv };
-        let paths: Vec<[String; 2]> = paths.iter().map(|path| [path.kinds(), path.names(scene)]).collect();
+        let names = |path: &SpecularPath| match format {
+            Format::Csv => path.names(scene),
+            Format::Npy => cut(path.names(scene), MOST_OF_NAME * order),
+        };
+        let paths: Vec<[String; 2]> = paths.iter().map(|path| [path.kinds(), names(path)]).collect();
         let names_width = paths.iter().map(|[_, names]| names.len()).max().unwrap_or(0).max(1);
         Self { format, order, jacobian, paths, names_width, origin: scene.origin }
     }
@@ -147,6 +152,10 @@ impl Rows<'_> {
                 table.cells(row, |cell| {
                     number.clear();
                     let cell = match cell {
+                        Cell::Text(text, _) if begins_formula(text) => {
+                            let _ = write!(number, "'{text}");
+                            number.as_str()
+                        }
                         Cell::Text(text, _) => text,
                         Cell::Whole(value) => {
                             let _ = write!(number, "{value}");
@@ -182,6 +191,18 @@ impl Rows<'_> {
             Format::Npy => self.array,
         }
     }
+}
+
+/// Text of at most so many bytes: every row of an array has room for the longest.
+fn cut(mut text: String, most: usize) -> String {
+    let end = (0..=most.min(text.len())).rev().find(|end| text.is_char_boundary(*end));
+    text.truncate(end.unwrap_or(0));
+    text
+}
+
+/// True for text that spreadsheets would take for a formula: an apostrophe before it tells them that it is text.
+fn begins_formula(text: &str) -> bool {
+    text.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
 /// The file that is being written.

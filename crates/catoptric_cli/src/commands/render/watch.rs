@@ -1,47 +1,29 @@
 //! `catoptric render --watch`: the picture again whenever files of the scene change.
 
+use super::inputs::{files_of, stamp_of};
 use crate::args::RenderArgs;
 use crate::failure::{Failure, written};
 use crate::parse::FileOrStream;
+use crate::scene_source::built_in;
 use crate::terminal::Terminal;
-use catoptric_scenes::ENVIRONMENT_NAMES;
 use clap::ArgMatches;
-use percent_encoding::percent_decode_str;
-use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
 use std::thread::sleep;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 /// Files are looked at so often.
 const INTERVAL: Duration = Duration::from_millis(300);
-/// The most files that are watched.
-const MAX_FILES: usize = 1000;
-/// Names of files are looked for in so many bytes of each file.
-const MAX_BYTES: u64 = 256 << 20;
-/// The longest name of a file.
-const MAX_NAME: usize = 1024;
-/// The kinds of files that scenes name.
-const KINDS: [&str; 17] = [
-    "glb", "gltf", "bin", "obj", "mtl", "ply", "stl", "toml", "hdr", "exr", "png", "jpg", "jpeg", "webp", "tga", "bmp",
-    "ktx2",
-];
-
-/// The time of a file's last change and its size; none where there is no such file.
-type Stamp = Option<(SystemTime, u64)>;
-
 /// Draws, and draws again after every change, until a signal ends the program.
 pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
-    if args.scene.scene.starts_with("builtin:") {
-        return Err(Failure::usage(format!("--watch: {} is no file that could change", args.scene.scene)));
+    if built_in(&args.scene.scene).is_some() {
+        return Err(Failure::usage(format!("--watch: {} is no file that could change", args.scene.scene.display())));
     }
     if args.output == FileOrStream::Stream {
         return Err(Failure::usage("--watch: -o - has room for one picture; name a file"));
     }
     loop {
         // Before the picture: what changes while it is drawn is not missed.
-        let before = stamps(args);
+        let before = files_of(args);
         match super::run(args, options, terminal) {
             Ok(text) => {
                 let mut stdout = std::io::stdout().lock();
@@ -59,74 +41,4 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
             sleep(INTERVAL);
         }
     }
-}
-
-/// The files that a picture is made of.
-fn stamps(args: &RenderArgs) -> BTreeMap<PathBuf, Stamp> {
-    let mut found = BTreeMap::new();
-    let mut open = vec![PathBuf::from(&args.scene.scene)];
-    let is_file = |path: &&PathBuf| !ENVIRONMENT_NAMES.iter().any(|name| path.as_os_str() == *name);
-    open.extend(args.scene.environment.environment.iter().filter(is_file).cloned());
-    open.extend(args.draw.baked.iter().cloned());
-    while let Some(path) = open.pop() {
-        if found.len() < MAX_FILES && !found.contains_key(&path) {
-            // Before it is read, as above.
-            found.insert(path.clone(), stamp_of(&path));
-            let folder = path.parent().unwrap_or(Path::new(""));
-            open.extend(names_in(&path).into_iter().map(|name| folder.join(name)));
-        }
-    }
-    found
-}
-
-fn stamp_of(path: &Path) -> Stamp {
-    let about = fs::metadata(path).ok().filter(fs::Metadata::is_file)?;
-    Some((about.modified().ok()?, about.len()))
-}
-
-/// The words of a scene's file that look like names of files, whether these are there or not.
-fn names_in(path: &Path) -> Vec<String> {
-    let kind = kind_of(&path.to_string_lossy());
-    let text = match kind.as_str() {
-        "toml" | "gltf" | "obj" | "mtl" => text_of(path, 0, MAX_BYTES),
-        "glb" => json_length(path).and_then(|length| text_of(path, 20, length.into())),
-        _ => None,
-    };
-    let Some(text) = text else { return Vec::new() };
-    let is_name = |word: &&str| word.len() <= MAX_NAME && KINDS.contains(&kind_of(word).as_str());
-    match kind.as_str() {
-        "obj" | "mtl" => {
-            let rests = text.lines().filter_map(|line| line.trim().split_once(char::is_whitespace));
-            // Names may have blanks, and options before them.
-            let words =
-                rests.flat_map(|(_, rest)| [rest.trim(), rest.rsplit(char::is_whitespace).next().unwrap_or("")]);
-            words.filter(is_name).map(|name| name.replace('\\', "/")).collect()
-        }
-        _ => {
-            let words = text.split(['"', '\'']).filter(is_name);
-            words
-                .flat_map(|word| [word.to_owned(), percent_decode_str(word).decode_utf8_lossy().into_owned()])
-                .collect()
-        }
-    }
-}
-
-/// The extension of a name in lower case; empty without one.
-fn kind_of(name: &str) -> String {
-    Path::new(name).extension().map(|kind| kind.to_string_lossy().to_lowercase()).unwrap_or_default()
-}
-
-/// The text of a plain file from a byte on.
-fn text_of(path: &Path, begin: u64, length: u64) -> Option<String> {
-    stamp_of(path)?;
-    let mut bytes = Vec::new();
-    File::open(path).ok()?.take(begin.saturating_add(length).min(MAX_BYTES)).read_to_end(&mut bytes).ok()?;
-    Some(String::from_utf8_lossy(bytes.get(usize::try_from(begin).ok()?..)?).into_owned())
-}
-
-/// The length of the JSON chunk of a GLB file.
-fn json_length(path: &Path) -> Option<u32> {
-    let mut header = [0; 20];
-    File::open(path).ok()?.read_exact(&mut header).ok()?;
-    Some(u32::from_le_bytes([header[12], header[13], header[14], header[15]]))
 }

@@ -2,5 +2,6 @@
 
 mod diff;
 mod helpers;
+mod odd_files;
 mod tasks;
 mod watch;

@@ -5,6 +5,7 @@ use super::rows::ViewRow;
 use super::texels::{ViewLevels, packed, stored};
 use crate::light_field::layout::{FieldLayout, SLABS, STEEPEST, SlabLayout, along};
 use crate::light_field::settings::{Compression, Disparity, LightFieldSettings};
+use catoptric_core::input::read_file;
 use catoptric_core::math::Aabb;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::picture;
@@ -21,6 +22,10 @@ const NAMES: [&str; SLABS] = ["px", "nx", "py", "ny", "pz", "nz"];
 
 /// Digits of the number that stands for pictures: 128 bits.
 const FINGERPRINT_DIGITS: usize = 32;
+
+/// The largest manifest, and the largest picture of a view.
+const MAX_MANIFEST_BYTES: u64 = 16 << 20;
+const MAX_VIEW_BYTES: u64 = 4 << 30;
 
 /// Regions are the same if they are so near to each other, as a share of their size. Chosen, not measured.
 const SAME: f32 = 1e-4;
@@ -71,7 +76,9 @@ impl Views {
     /// [`RenderError::Setting`] where it cannot be read, or means nothing.
     pub(crate) fn open(path: &Path) -> Result<Self, RenderError> {
         let invalid = |problem: String| setting(format!("{}: {problem}", path.display()));
-        let text = std::fs::read_to_string(path).map_err(|error| invalid(format!("cannot read it: {error}")))?;
+        let bytes =
+            read_file(path, MAX_MANIFEST_BYTES).map_err(|error| invalid(format!("cannot read it: {error}")))?;
+        let text = String::from_utf8(bytes).map_err(|_| invalid("is no text; save it as UTF-8".into()))?;
         let manifest: Manifest = toml::from_str(&text).map_err(|error| invalid(error.to_string().trim().into()))?;
         for (field, names) in [("radiance", Some(&manifest.radiance)), ("distance", manifest.distance.as_ref())] {
             let missing = ["{slab}", "{s}", "{t}"].into_iter().find(|part| names.is_some_and(|it| !it.contains(part)));
@@ -120,7 +127,8 @@ impl Views {
             let (slab, t, s) = (number / (st * st), number / st % st, number % st);
             for names in [Some(radiance), distance.as_ref()].into_iter().flatten() {
                 let path = self.file(names, slab as usize, s, t);
-                let bytes = std::fs::read(&path).map_err(|source| setting(SceneError::Read { path, source }))?;
+                let bytes =
+                    read_file(&path, MAX_VIEW_BYTES).map_err(|source| setting(SceneError::Read { path, source }))?;
                 hasher.update(&(bytes.len() as u64).to_le_bytes()).update(&bytes);
             }
         }

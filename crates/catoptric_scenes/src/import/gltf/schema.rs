@@ -257,7 +257,11 @@ pub(super) fn typed<T: DeserializeOwned>(value: Value) -> Result<T, (String, Str
 
 /// The message about a text that is no JSON.
 fn broken_json(error: &serde_json::Error) -> String {
-    let problem = if error.is_eof() { "ends too early" } else { "is no JSON" };
+    let problem = match error.to_string() {
+        _ if error.is_eof() => "ends too early",
+        text if text.starts_with("recursion limit") => "has lists within lists too deep",
+        _ => "is no JSON",
+    };
     format!("{problem} at line {}, column {}", error.line(), error.column())
 }
 
