@@ -1,7 +1,7 @@
 //! The hierarchy of boxes over a scene's triangles, two children a node, for shaders to walk.
 
 use crate::layout::{LEAF, LeafTriangle, MAX_DEPTH, NONE, Node, WIDTH, WideChild, bits, triangle_flags as flags};
-use catoptric::light::tracer::has_extent;
+use catoptric::light::tracer::{Narrow, Solid, has_extent};
 use catoptric::light::visibility::casts_shadows;
 use catoptric::parallel;
 use catoptric::scene::{Role, Scene};
@@ -9,8 +9,6 @@ use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb as BvhBox;
 use obvhs::bvh2::leaf_collapser::collapse;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::PlocBuilder;
 use std::ops::Range;
 
 /// The most triangles of a leaf.
@@ -29,7 +27,7 @@ pub struct Hierarchy {
     pub nodes: Vec<Node>,
     /// The scene's triangles in the order of the leaves.
     pub triangles: Vec<LeafTriangle>,
-    /// Whether it holds each of the scene's triangles.
+    /// Whether it holds each of the scene's triangles: not those without extent, nor copies that lie in heaps.
     pub holds: Vec<bool>,
 }
 
@@ -54,7 +52,7 @@ impl Hierarchy {
     pub fn of(scene: &Scene, is_wanted: impl Fn(u32) -> bool) -> Self {
         let is_there =
             |triangle: u32| is_wanted(scene.triangle_objects[triangle as usize]) && has_extent(scene, triangle);
-        let holds: Vec<bool> = (0..scene.triangles.len() as u32).map(is_there).collect();
+        let mut holds: Vec<bool> = (0..scene.triangles.len() as u32).map(is_there).collect();
         let triangles: Vec<u32> = (0..).zip(&holds).filter_map(|(triangle, holds)| holds.then_some(triangle)).collect();
         let boxes: Vec<BvhBox> = triangles.iter().map(|triangle| box_of(corners(scene, *triangle))).collect();
         if boxes.is_empty() {
@@ -64,14 +62,11 @@ impl Hierarchy {
             0..=CAREFUL_BUILD => BvhBuildParams::medium_build(),
             _ => BvhBuildParams::fast_build(),
         };
-        let mut tree = PlocBuilder::with_capacity(boxes.len()).build(
-            preset.ploc_search_distance,
-            &boxes,
-            (0..boxes.len() as u32).collect(),
-            preset.sort_precision,
-            preset.search_depth_threshold,
-        );
-        ReinsertionOptimizer::default().run(&mut tree, preset.reinsertion_batch_ratio, None);
+        let solid = |number: u32| Solid::new(scene, triangles[number as usize]);
+        let Narrow { mut tree, left_out } = Narrow::new(&boxes, &preset, solid);
+        for [copy, _] in left_out {
+            holds[triangles[copy as usize] as usize] = false;
+        }
         collapse(&mut tree, LARGEST_LEAF, STEP_COST);
         let nodes = tree.nodes.iter().map(|node| Lone {
             bounds: *node.aabb(),

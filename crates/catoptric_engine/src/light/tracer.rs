@@ -1,6 +1,6 @@
 //! The first surface along a ray: triangles and analytic surfaces in one bounding volume hierarchy.
 
-pub use super::wide_hierarchy::has_extent;
+pub use super::wide_hierarchy::{Narrow, Solid, has_extent};
 
 use super::bodies::SceneBodies;
 use super::light_through::{LightThrough, all_meetings};

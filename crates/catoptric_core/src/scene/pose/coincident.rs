@@ -140,14 +140,22 @@ impl<'a> Search<'a> {
     /// Adds those of all pairs of objects one of which is new.
     fn find(&mut self, is_new: impl Fn(&u32) -> bool, found: &mut Vec<CoincidentFaces>) {
         let objects = &self.scene.objects;
-        let mut boxes: Vec<(u32, Aabb)> =
-            (0..).zip(objects).map(|(index, object)| (index, widened(object.bounds))).collect();
-        boxes.sort_unstable_by(|(a, one), (b, other)| one.min.x.total_cmp(&other.min.x).then(a.cmp(b)));
-        for (index, (first, one)) in boxes.iter().enumerate() {
-            for (second, other) in boxes[index + 1..].iter().take_while(|(_, other)| other.min.x <= one.max.x) {
+        // Of two of the same kind both stay where they are.
+        let kind = |object: &Object| match rank(&self.scene.materials[object.material as usize]) {
+            0 => (0, 0),
+            rank => (rank, object.material),
+        };
+        let mut boxes: Vec<(u32, (u8, u32), Aabb)> =
+            (0..).zip(objects).map(|(index, object)| (index, kind(object), widened(object.bounds))).collect();
+        boxes.sort_unstable_by(|(a, _, one), (b, _, other)| one.min.x.total_cmp(&other.min.x).then(a.cmp(b)));
+        for (index, (first, of_one, one)) in boxes.iter().enumerate() {
+            for (second, of_other, other) in boxes[index + 1..].iter().take_while(|(_, _, it)| it.min.x <= one.max.x) {
                 self.compared += 1;
                 if self.compared > MOST_COMPARED {
                     return;
+                }
+                if of_one == of_other {
+                    continue;
                 }
                 let common = common(one, other);
                 if common.is_empty() || !(is_new(first) || is_new(second)) {

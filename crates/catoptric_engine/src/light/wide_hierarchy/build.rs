@@ -1,13 +1,13 @@
 //! The building of hierarchies.
 
-use super::{ALPHA_TESTED, LEAF, NO_TRIANGLE, NONE, SURFACE, TriangleBlock, WideHierarchy, WideNode, corners_of};
+use super::{
+    ALPHA_TESTED, LEAF, NO_TRIANGLE, NONE, Narrow, SURFACE, TriangleBlock, WideHierarchy, WideNode, corners_of,
+};
 use catoptric_core::math::lanes::LANES;
-use catoptric_core::scene::Scene;
+use catoptric_core::scene::{AlphaMode, Role, Scene};
 use glam::Vec3A;
 use obvhs::aabb::Aabb as BvhBox;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::ploc::PlocBuilder;
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 use obvhs::{Boundable, BvhBuildParams};
@@ -90,9 +90,12 @@ impl WideHierarchy {
     }
 
     /// Brings boxes and corners to where triangles and surfaces are now; the scene has as many as before. Returns false
-    /// if triangles are missing that had no extent before: then it has to be built anew.
+    /// if triangles are missing that had no extent before, or that were the same as others: then it has to be built
+    /// anew.
     pub fn refit(&mut self, scene: &Scene) -> bool {
-        if self.flat.iter().any(|triangle| has_extent(scene, *triangle)) {
+        let is_same =
+            |[copy, same]: &[u32; 2]| Solid::new(scene, *copy).is_some_and(|it| Some(it) == Solid::new(scene, *same));
+        if self.flat.iter().any(|triangle| has_extent(scene, *triangle)) || !self.copies.iter().all(is_same) {
             return false;
         }
         for block in &mut self.blocks {
@@ -126,17 +129,48 @@ impl WideHierarchy {
         if boxes.is_empty() {
             return Self::default();
         }
-        let mut narrow = PlocBuilder::with_capacity(boxes.len()).build(
-            preset.ploc_search_distance,
-            boxes,
-            (0..boxes.len() as u32).collect(),
-            preset.sort_precision,
-            preset.search_depth_threshold,
-        );
-        narrow.uses_spatial_splits = true;
-        ReinsertionOptimizer::default().run(&mut narrow, preset.reinsertion_batch_ratio, None);
-        Widening::new(scene, &narrow, primitives).run()
+        let triangle = |number: u32| match primitives[number as usize] {
+            Primitive::Triangle(triangle, tag) => Some((triangle, tag)),
+            Primitive::Surface(_) => None,
+        };
+        let key = |number: u32| {
+            let (triangle, tag) = triangle(number)?;
+            Some((Solid::new(scene, triangle)?, tag, bits_of(&boxes[number as usize])))
+        };
+        let Narrow { mut tree, left_out } = Narrow::new(boxes, preset, key);
+        tree.uses_spatial_splits = true;
+        let pairs = left_out.into_iter().filter_map(|[number, same]| Some([triangle(number)?.0, triangle(same)?.0]));
+        // Those of a triangle in several boxes follow each other.
+        let mut copies: Vec<[u32; 2]> = pairs.collect();
+        copies.dedup();
+        Self { copies, ..Widening::new(scene, &tree, primitives).run() }
     }
+}
+
+/// The corners of a triangle of a solid surface, as bits. Of two that are the same no ray tells one from the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Solid([[u32; 3]; 3]);
+
+impl Solid {
+    /// `None` for triangles of glass, and where anything is seen through them.
+    pub fn new(scene: &Scene, triangle: u32) -> Option<Self> {
+        let object = *scene.triangle_objects.get(triangle as usize)?;
+        let material = scene.material_of(object);
+        if scene.role_of(object) == Role::Lens || material.alpha_mode != AlphaMode::Opaque {
+            return None;
+        }
+        let mut corners = corners_of(scene, triangle).map(|corner| corner.to_array().map(f32::to_bits));
+        // The same for each of three orders that show the same side.
+        let first = (0..3).min_by_key(|corner| corners[*corner]).unwrap_or(0);
+        corners.rotate_left(first);
+        Some(Self(corners))
+    }
+}
+
+fn bits_of(bounds: &BvhBox) -> [u32; 6] {
+    let [a, b, c] = bounds.min.to_array();
+    let [d, e, f] = bounds.max.to_array();
+    [a, b, c, d, e, f].map(f32::to_bits)
 }
 
 /// True if a triangle is finite and higher than rounding makes one whose corners lie on a line. Rays miss others; in

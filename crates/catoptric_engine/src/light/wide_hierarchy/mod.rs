@@ -5,10 +5,12 @@
 
 mod any;
 mod build;
+mod narrow;
 mod rays;
 mod treelet;
 
-pub use build::has_extent;
+pub use build::{Solid, has_extent};
+pub use narrow::Narrow;
 #[cfg(target_arch = "x86_64")]
 pub use rays::Avx2;
 pub use rays::{Portable, PrimitiveMet, PrimitiveTests, SignBits, meet};
@@ -119,6 +121,8 @@ pub struct WideHierarchy {
     blocks: Vec<TriangleBlock>,
     /// Triangles that had no extent when it was built.
     flat: Vec<u32>,
+    /// Triangles that were left out, each with the one that was the same.
+    copies: Vec<[u32; 2]>,
 }
 
 /// What looks for leaves. Not closures: those are not compiled for the instructions of the function that they are in.
@@ -144,8 +148,9 @@ pub struct TriangleHit {
 impl WideHierarchy {
     /// The memory that it takes.
     pub fn byte_count(&self) -> u64 {
-        let Self { nodes, blocks, flat, .. } = self;
-        (size_of_val(nodes.as_slice()) + size_of_val(blocks.as_slice()) + size_of_val(flat.as_slice())) as u64
+        let Self { nodes, blocks, flat, copies } = self;
+        let lists = size_of_val(flat.as_slice()) + size_of_val(copies.as_slice());
+        (size_of_val(nodes.as_slice()) + size_of_val(blocks.as_slice()) + lists) as u64
     }
 
     /// Shows a visitor the blocks of all leaves whose boxes pass its test.

@@ -162,3 +162,54 @@ fn rays_of_a_beam_meet_among_its_leaves_what_they_meet_among_all() {
     }
     assert!(gathered > 5000 && hits > 2000, "{gathered} rays, {hits} hits");
 }
+
+/// So many that merging them pair by pair would take minutes.
+const PILED: u32 = 30_000;
+
+/// Triangles, each of three corners by its number's share.
+fn piled(corners: impl Fn(f32) -> [Vec3; 3]) -> Scene {
+    let mut primitive = Primitive::default();
+    for number in 0..PILED {
+        primitive.positions.extend(corners((number + 1) as f32 / PILED as f32));
+        primitive.triangles.push([3 * number, 3 * number + 1, 3 * number + 2]);
+    }
+    let mut model = Model { materials: vec![Material::default()], ..Model::default() };
+    model.meshes.push(MeshAsset { primitives: vec![primitive], ..MeshAsset::default() });
+    model.nodes.push(Node { mesh: Some(0), ..Node::default() });
+    model.pose(&Default::default()).expect("the model is valid")
+}
+
+#[test]
+fn of_copies_in_one_place_one_is_met_until_they_part() {
+    let base = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::Y];
+    let together = piled(|_| base);
+    let mut hierarchy = WideHierarchy::build_for_rays(&together, |_| true, |_| false);
+    assert_eq!((walked(&hierarchy), hierarchy.place_count()), (vec![0], 1));
+    assert!(hierarchy.refit(&together));
+    let apart = piled(|share| base.map(|corner| corner + Vec3::Z * share));
+    assert!(!hierarchy.refit(&apart));
+    let all: Vec<u32> = (0..PILED).collect();
+    assert_eq!(walked(&WideHierarchy::build(&apart, |_| true)), all);
+}
+
+#[test]
+fn triangles_in_each_other_or_at_even_distances_are_met_as_others_are() {
+    let nested = piled(|share| [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.1), Vec3::Y].map(|at| at * share));
+    let fan = piled(|share| {
+        let at = |turn: f32| Vec3::new((turn * 6.2).cos(), (turn * 6.2).sin(), 0.1);
+        [Vec3::ZERO, at(share), at(share + 1e-3)]
+    });
+    let sheets = piled(|share| [Vec3::new(-1.0, -1.0, share), Vec3::new(1.0, -1.0, share), Vec3::new(0.0, 1.0, share)]);
+    for scene in [nested, fan, sheets] {
+        let hierarchy = WideHierarchy::build_for_rays(&scene, |_| true, |_| false);
+        let mut met = 0;
+        for ray in rays().take(60) {
+            let ray = Ray { direction: (Vec3::new(0.01, 0.02, 0.05) - ray.origin).normalize(), ..ray };
+            let found = hierarchy.nearest::<Portable>(&ray, 0.0, f32::INFINITY, |_| true);
+            let expected = nearest_of_all(&scene, &ray);
+            assert_eq!(found.map(|hit| hit.distance), expected.map(|hit| hit.distance));
+            met += u32::from(found.is_some());
+        }
+        assert!(met > 10, "{met}");
+    }
+}
