@@ -2,6 +2,7 @@
 
 mod coincident;
 mod far;
+mod fineness;
 mod pieces;
 mod plates;
 
@@ -13,6 +14,7 @@ use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
 use coincident::CoincidentFaces;
+use fineness::{Fineness, SharedMeshes};
 use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
 use pieces::{Has, Piece, Place};
 use std::borrow::Cow;
@@ -380,6 +382,9 @@ struct SceneBuilder<'a> {
     /// Those of them that a role makes glass.
     glass_by_role: HashSet<u32>,
     has: Has,
+    fineness: Fineness,
+    /// Meshes of exact surfaces that were made for this pose.
+    meshes: SharedMeshes,
     /// The pieces of the last pose that have not had their turn, and those of this one.
     earlier: std::vec::IntoIter<Piece>,
     pieces: Vec<Piece>,
@@ -402,6 +407,8 @@ impl<'a> SceneBuilder<'a> {
                 tangents: primitives().any(|primitive| !primitive.tangents.is_empty()),
                 colors: primitives().any(|primitive| !primitive.colors.is_empty()),
             },
+            fineness: Fineness::of(model),
+            meshes: SharedMeshes::default(),
             earlier: std::mem::take(&mut memory.pieces).into_iter(),
             pieces: Vec::new(),
             of_objects: Vec::new(),
@@ -471,7 +478,8 @@ impl<'a> SceneBuilder<'a> {
         let material = self.material(&node.name, analytic.material);
         let earlier = self.earlier.next();
         let is_new = earlier.as_ref().and_then(Piece::surface) != Some(&placed);
-        let piece = Piece::of_surface(placed, earlier, self.has);
+        let fineness = self.fineness.of_surface(&analytic.surface);
+        let piece = Piece::of_surface(placed, (fineness, &mut self.meshes), earlier, self.has);
         self.add(&node.name, material, (piece, is_new), analytic.inside)
     }
 

@@ -2,6 +2,7 @@
 
 use super::super::Scene;
 use super::super::model::Primitive;
+use super::fineness::SharedMeshes;
 use super::{MAX_COORDINATE, PosedPrimitive, affine, morphed};
 use crate::math::Aabb;
 use crate::surface::mesh::parts::append_parts;
@@ -39,8 +40,8 @@ impl Place {
 #[derive(Debug)]
 enum Source {
     Primitive(Place),
-    /// With its triangles about its own origin.
-    Surface(Box<PlacedSurface>, Arc<SurfaceMesh>),
+    /// With its triangles about its own origin, and how fine these are.
+    Surface(Box<PlacedSurface>, Arc<SurfaceMesh>, f64),
 }
 
 /// A piece of a scene: an object with vertices of its own, which are numbered from 0.
@@ -161,10 +162,15 @@ impl Piece {
         }
     }
 
-    /// An exact surface at a place; an earlier piece of it is used as far as it holds.
-    pub(super) fn of_surface(placed: PlacedSurface, earlier: Option<Self>, has: Has) -> Self {
+    /// An exact surface at a place, with a mesh of some fineness; an earlier piece of it is used as far as it holds.
+    pub(super) fn of_surface(
+        placed: PlacedSurface,
+        (fineness, meshes): (f64, &mut SharedMeshes),
+        earlier: Option<Self>,
+        has: Has,
+    ) -> Self {
         let earlier = earlier.and_then(|piece| match &piece.source {
-            Source::Surface(before, mesh) if before.surface == placed.surface => {
+            Source::Surface(before, mesh, fine) if before.surface == placed.surface && *fine == fineness => {
                 let (is_at_rest, mesh) = (before.world_from_surface == placed.world_from_surface, mesh.clone());
                 Some((piece, is_at_rest, mesh))
             }
@@ -174,8 +180,8 @@ impl Piece {
             Some((piece, true, _)) => return piece,
             Some((piece, false, mesh)) => (piece, mesh),
             None => {
-                let mesh = Arc::new(placed.surface.tessellate());
-                let mut piece = Self::new(Source::Surface(Box::new(placed.clone()), mesh.clone()));
+                let mesh = meshes.get(&placed.surface, fineness);
+                let mut piece = Self::new(Source::Surface(Box::new(placed.clone()), mesh.clone(), fineness));
                 piece.uvs = mesh.uvs.iter().map(|uv| [*uv; 2]).collect();
                 let count = mesh.positions.len();
                 piece.tangents = if has.tangents { vec![NO_TANGENT; count] } else { Vec::new() };
@@ -187,7 +193,7 @@ impl Piece {
         let place = placed.world_from_surface;
         piece.positions = mesh.positions.iter().map(|p| place.transform_point3(p.as_dvec3()).as_vec3()).collect();
         piece.normals = mesh.normals.iter().map(|n| place.transform_vector3(n.as_dvec3()).as_vec3()).collect();
-        piece.source = Source::Surface(Box::new(placed), mesh);
+        piece.source = Source::Surface(Box::new(placed), mesh, fineness);
         piece.finished()
     }
 
@@ -199,7 +205,7 @@ impl Piece {
     /// Its exact surface.
     pub(super) fn surface(&self) -> Option<&PlacedSurface> {
         match &self.source {
-            Source::Surface(placed, _) => Some(placed),
+            Source::Surface(placed, ..) => Some(placed),
             Source::Primitive(_) => None,
         }
     }

@@ -1,6 +1,6 @@
 use super::derivatives::without_third;
 use super::sphere::{RINGS, meet_sphere};
-use super::tessellation::mesh::{SurfaceMesh, sphere_mesh};
+use super::tessellation::mesh::{SurfaceMesh, cells, sphere_mesh};
 use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
 use glam::{DMat3, DVec3};
 
@@ -64,9 +64,10 @@ impl ImplicitShape for Ellipsoid {
         meet_sphere(origin * self.inverse_radii, direction * self.inverse_radii, 1.0, near, far)
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh {
         // A stretched sphere: its error is at most the sphere's times the largest radius.
-        let mut mesh = sphere_mesh(1.0, RINGS, 2 * RINGS);
+        let rings = cells(RINGS, fineness);
+        let mut mesh = sphere_mesh(1.0, rings, 2 * rings);
         for (position, normal) in mesh.positions.iter_mut().zip(&mut mesh.normals) {
             let unit = normal.as_dvec3();
             *position = (unit * self.radii).as_vec3();

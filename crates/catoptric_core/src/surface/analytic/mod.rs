@@ -124,8 +124,8 @@ trait ImplicitShape {
     /// The smallest distance between `near` and `far` at which the ray meets the surface.
     fn first_hit(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> Option<f64>;
 
-    /// Triangles on the surface.
-    fn tessellate(&self) -> SurfaceMesh;
+    /// Triangles on the surface: with this share of the finest mesh's cells along each direction.
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh;
 
     /// Returns true if a ray that leaves the outer side never meets the surface again.
     fn is_convex(&self) -> bool {
@@ -213,7 +213,28 @@ impl AnalyticSurface {
     /// longest side where no radius of curvature is below half of it), edges of an expression by a cell, and features
     /// smaller than a cell can be missing.
     pub fn tessellate(&self) -> SurfaceMesh {
-        with_shape!(self, shape => shape.tessellate())
+        self.tessellate_to(1.0)
+    }
+
+    /// The same with about this share (from 0 to 1) of the cells along each direction: off by as much more as its square
+    /// is smaller.
+    pub fn tessellate_to(&self, fineness: f64) -> SurfaceMesh {
+        with_shape!(self, shape => shape.tessellate(fineness))
+    }
+
+    /// About as many triangles as the finest mesh has.
+    pub(crate) fn finest_triangle_count(&self) -> f64 {
+        match self {
+            Self::Plane { .. } => 2.0,
+            Self::Sphere { .. } | Self::Ellipsoid(_) | Self::Superquadric(_) => 1e5,
+            Self::Quadric(_) | Self::Torus(_) | Self::Revolution(_) | Self::Implicit(_) => 2e5,
+        }
+    }
+
+    /// The diagonal of the box around it.
+    pub(crate) fn size(&self) -> f64 {
+        let [min, max] = with_shape!(self, shape => shape.corners());
+        (max - min).length()
     }
 
     /// Returns true if a ray that leaves the outer side never meets the surface again.

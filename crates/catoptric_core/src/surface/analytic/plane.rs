@@ -38,7 +38,7 @@ impl ImplicitShape for Plane {
         is_hit.then_some(distance)
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
+    fn tessellate(&self, _fineness: f64) -> SurfaceMesh {
         let (w, h) = (self.half_width as f32, self.half_height as f32);
         SurfaceMesh {
             positions: [(-w, -h), (w, -h), (w, h), (-w, h)].map(|(x, z)| Vec3::new(x, 0.0, z)).to_vec(),

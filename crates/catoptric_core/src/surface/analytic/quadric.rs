@@ -128,7 +128,7 @@ impl ImplicitShape for Quadric {
         Some(enter + share * (leave - enter))
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
-        polygonise(self.bounds, self)
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh {
+        polygonise(self.bounds, fineness, self)
     }
 }

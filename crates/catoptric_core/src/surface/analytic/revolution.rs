@@ -1,6 +1,6 @@
 use super::derivatives::{self, ImplicitFunction, outer};
 use super::ray::{clip, roomy};
-use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, revolved};
+use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, cells, revolved};
 use super::{ImplicitShape, MAX_LENGTH, MIN_LENGTH, SurfaceError, Taylor2, Taylor3, checked_length};
 use crate::math::portable::PortableMath;
 use crate::math::roots::first_bernstein_root;
@@ -81,7 +81,7 @@ impl Revolution {
     }
 
     /// The shares of the height at which the tessellation has rings.
-    fn rings(&self) -> Vec<f64> {
+    fn rings(&self, fineness: f64) -> Vec<f64> {
         // Steps of an arc of length l with curvature k are off by k l^2 / 8: their number in all is the integral of
         // sqrt(k / (8 error)) along the profile. Between its samples the density is taken as constant.
         const SAMPLES: usize = 512;
@@ -98,7 +98,7 @@ impl Revolution {
             sums.push(last + density((sample as f64 + 0.5) / SAMPLES as f64).max(8.0) / SAMPLES as f64);
         }
         let total = sums[SAMPLES];
-        let steps = (total * 1.05).ceil().clamp(8.0, 4096.0) as usize;
+        let steps = cells((total * 1.05).ceil().clamp(8.0, 4096.0) as u32, fineness) as usize;
         let mut rings = Vec::with_capacity(steps + 1);
         let mut sample = 0;
         for step in 0..steps {
@@ -186,11 +186,11 @@ impl ImplicitShape for Revolution {
         Some(enter + share * (leave - enter))
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh {
         let point = |s: f64| {
             let [radius, slope, _] = value_and_slopes(&self.profile, s);
             ProfilePoint { radius: radius.max(0.0), height: s * self.height, direction: [slope, self.height] }
         };
-        revolved(&self.rings().into_iter().map(point).collect::<Vec<_>>(), 320)
+        revolved(&self.rings(fineness).into_iter().map(point).collect::<Vec<_>>(), cells(320, fineness))
     }
 }

@@ -1,5 +1,5 @@
 use super::derivatives::without_third;
-use super::tessellation::mesh::{SurfaceMesh, sphere_mesh};
+use super::tessellation::mesh::{SurfaceMesh, cells, sphere_mesh};
 use super::{ImplicitShape, Taylor2, Taylor3};
 use glam::{DMat3, DVec3};
 
@@ -41,8 +41,9 @@ impl ImplicitShape for Sphere {
         meet_sphere(origin, direction, self.radius * self.radius, near, far)
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
-        sphere_mesh(self.radius as f32, RINGS, 2 * RINGS)
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh {
+        let rings = cells(RINGS, fineness);
+        sphere_mesh(self.radius as f32, rings, 2 * rings)
     }
 
     fn is_convex(&self) -> bool {

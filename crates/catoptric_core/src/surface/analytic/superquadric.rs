@@ -1,6 +1,6 @@
 use super::derivatives::{self, ImplicitFunction, outer};
 use super::ray::{clip, roomy};
-use super::tessellation::mesh::SurfaceMesh;
+use super::tessellation::mesh::{SurfaceMesh, cells};
 use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
 use crate::math::interval::{Interval, IntervalDual};
 use crate::math::portable::PortableMath;
@@ -213,16 +213,16 @@ impl ImplicitShape for Superquadric {
         )
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh {
         // Barr's parameters: angles whose powers crowd the points where the surface bends most.
-        const QUARTER: u32 = 80;
+        let quarter_cells = cells(80, fineness);
         let [e1, e2] = self.exponents;
         let powers = |exponent: f64, step: u32| {
             // The same numbers in all quarters, and exact ones at their ends.
-            let (quarter, step) = (step / QUARTER % 4, step % QUARTER);
+            let (quarter, step) = (step / quarter_cells % 4, step % quarter_cells);
             let (sin, cos) = match step {
                 0 => (0.0, 1.0),
-                _ => (step as f64 / QUARTER as f64 * FRAC_PI_2).sine_cosine(),
+                _ => (step as f64 / quarter_cells as f64 * FRAC_PI_2).sine_cosine(),
             };
             let (sin, cos) = (sin.power(exponent), cos.power(exponent));
             match quarter {
@@ -233,9 +233,9 @@ impl ImplicitShape for Superquadric {
             }
         };
         let mut mesh = SurfaceMesh::default();
-        let (rows, columns) = (2 * QUARTER, 4 * QUARTER);
+        let (rows, columns) = (2 * quarter_cells, 4 * quarter_cells);
         for row in 0..=rows {
-            let (height, wide) = powers(e1, row + 3 * QUARTER);
+            let (height, wide) = powers(e1, row + 3 * quarter_cells);
             for column in 0..=columns {
                 let (y, x) = powers(e2, column);
                 let position = (DVec3::new(x * wide, y * wide, height) * self.radii).as_vec3();

@@ -1,6 +1,6 @@
 use super::derivatives::{self, ImplicitFunction, outer};
 use super::ray::{clip, product_of_quadratics, roomy};
-use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, revolved};
+use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, cells, revolved};
 use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
 use crate::math::portable::PortableMath;
 use crate::math::roots::first_bernstein_root;
@@ -109,10 +109,10 @@ impl ImplicitShape for Torus {
         Some(enter + share * (leave - enter))
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh {
         // Half of the error of 1e-4 outer radii along each direction.
         let share = self.minor_radius / (self.major_radius + self.minor_radius);
-        let steps = ((320.0 * share.sqrt()).ceil() as u32).max(16);
+        let steps = cells(((320.0 * share.sqrt()).ceil() as u32).max(16), fineness);
         let point = |step: u32| {
             let (sin, cos) = ((step % steps) as f64 / steps as f64 * TAU).sine_cosine();
             ProfilePoint {
@@ -121,6 +121,6 @@ impl ImplicitShape for Torus {
                 direction: [-sin, cos],
             }
         };
-        revolved(&(0..=steps).map(point).collect::<Vec<_>>(), 320)
+        revolved(&(0..=steps).map(point).collect::<Vec<_>>(), cells(320, fineness))
     }
 }

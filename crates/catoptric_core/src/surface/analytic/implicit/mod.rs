@@ -162,7 +162,7 @@ impl ImplicitShape for Implicit {
         )
     }
 
-    fn tessellate(&self) -> SurfaceMesh {
-        polygonise(self.bounds, self)
+    fn tessellate(&self, fineness: f64) -> SurfaceMesh {
+        polygonise(self.bounds, fineness, self)
     }
 }

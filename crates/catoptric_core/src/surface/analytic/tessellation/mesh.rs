@@ -41,6 +41,11 @@ impl SurfaceMesh {
     }
 }
 
+/// Cells along a direction: a share of those of the finest mesh, but not too few.
+pub(in super::super) fn cells(finest: u32, fineness: f64) -> u32 {
+    ((f64::from(finest) * fineness).round() as u32).clamp(finest.min(8), finest)
+}
+
 /// A sphere of rings (pole to pole along y) and segments, with exact normals.
 pub fn sphere_mesh(radius: f32, rings: u32, segments: u32) -> SurfaceMesh {
     let mut mesh = SurfaceMesh::default();

@@ -4,7 +4,7 @@
 //! Vertices are roots along the edges of the tetrahedra, so those at the surface's ends lie on the box's faces exactly.
 //! Roots near a corner of the grid are joined to one vertex, which takes the slivers away.
 
-use super::mesh::SurfaceMesh;
+use super::mesh::{SurfaceMesh, cells};
 use crate::math::roots::bracketed_root;
 use crate::parallel;
 use glam::{DVec3, Vec2};
@@ -62,11 +62,12 @@ pub(in super::super) trait Field: Sync {
 
 /// Triangles on the zeros of a function; points at which it is not finite have no surface.
 ///
-/// Features smaller than a cell (a 96th of the box's longest side) can be missed.
-pub(in super::super) fn polygonise(corners: [DVec3; 2], field: &impl Field) -> SurfaceMesh {
+/// Features smaller than a cell (of the finest mesh a 96th of the box's longest side) can be missed.
+pub(in super::super) fn polygonise(corners: [DVec3; 2], fineness: f64, field: &impl Field) -> SurfaceMesh {
     let size = corners[1] - corners[0];
+    let most = cells(CELLS, fineness);
     let cells =
-        size.to_array().map(|extent| ((CELLS as f64 * extent / size.max_element()).ceil() as u32).clamp(4, CELLS));
+        size.to_array().map(|extent| ((most as f64 * extent / size.max_element()).ceil() as u32).clamp(4, most));
     let mut grid = Grid { corners, cells, values: Vec::new() };
     let layer = (cells[0] as usize + 1) * (cells[1] as usize + 1);
     let mut values = vec![0.0; layer * (cells[2] as usize + 1)];
