@@ -1,5 +1,7 @@
 //! Scenes in `.toml` files.
 
+mod object;
+mod optics;
 mod reflector;
 
 use catoptric_core::error::SceneError;
@@ -87,7 +89,8 @@ accuracy_px = 1.0
 
 #[test]
 fn everything_is_read() {
-    let SceneFile { base, gltf, environment, variant, environment_edit, model } = parse("scene.toml", FULL).unwrap();
+    let SceneFile { base, gltf, environment, variant, environment_edit, model, .. } =
+        parse("scene.toml", FULL).unwrap();
     assert_eq!((base, gltf.len(), variant), (None, 2, None));
     assert_eq!(gltf, ["room.glb", "more/chairs.gltf"]);
     assert_eq!(environment.as_deref(), Some("sky.hdr"));
