@@ -3,9 +3,8 @@
 use super::super::keys::Keys;
 use super::profile::Profile;
 use super::reading::{Kind, explain, read_length, read_profile};
-use super::sheet::{Form, Sheet, Window};
+use super::sheet::{Sheet, Window, halves};
 use catoptric_core::error::SceneError;
-use catoptric_core::surface::{AnalyticSurface, Revolution};
 use glam::DVec3;
 
 /// Distances from the axis at which the faces of a lens are compared.
@@ -32,8 +31,8 @@ pub(super) fn read(table: &mut Keys<'_, '_>) -> Result<Vec<Sheet>, SceneError> {
     let (bottom, edge) = (front.sag(radius) - 0.5 * thickness, gap(STEPS));
     let mut sheets = vec![front_sheet.named("front", -0.5 * thickness), back_sheet.named("back", 0.5 * thickness)];
     if edge > SHARP * radius {
-        let side = Revolution::new(edge, [0.0, 0.0, 0.0, radius]).map_err(|error| explain(table, error.into()))?;
-        sheets.push(Sheet::in_place(Form::Exact(AnalyticSurface::Revolution(side))).named("edge", bottom));
+        let sides = halves(edge, [radius; 2], ["left edge", "right edge"]).map_err(|error| explain(table, error))?;
+        sheets.extend(sides.into_iter().map(|side| Sheet { at: DVec3::Y * (bottom + 0.5 * edge), ..side }));
     }
     Ok(sheets)
 }

@@ -44,16 +44,16 @@ pub(super) fn read(
 
 /// A cylinder or cone about the axis y with its middle at the origin: the radii of its base and its top.
 fn turned(height: f64, [base, top]: [f64; 2], is_closed: bool) -> Result<Vec<Sheet>, KeyError> {
+    if is_closed {
+        let mut sheets = sheet::halves(height, [base, top], ["left side", "right side"])?;
+        let lid = |name, radius, is_up, height| Sheet::in_place(Form::Disk { radius, is_up }).named(name, height);
+        sheets.push(lid("base", base, false, -0.5 * height));
+        sheets.extend((top > 0.0).then(|| lid("top", top, true, 0.5 * height)));
+        return Ok(sheets);
+    }
     let side = match Revolution::new(height, [0.0, 0.0, top - base, base]) {
         Ok(side) => AnalyticSurface::Revolution(side),
         Err(error) => return wrong("radius", error.to_string()),
     };
-    let mut sheets = vec![Sheet::in_place(Form::Exact(side)).named("", -0.5 * height)];
-    if is_closed {
-        sheets[0].name = "side";
-        let lid = |name, radius, is_up, height| Sheet::in_place(Form::Disk { radius, is_up }).named(name, height);
-        sheets.push(lid("base", base, false, -0.5 * height));
-        sheets.extend((top > 0.0).then(|| lid("top", top, true, 0.5 * height)));
-    }
-    Ok(sheets)
+    Ok(vec![Sheet::in_place(Form::Exact(side)).named("", -0.5 * height)])
 }

@@ -1,6 +1,7 @@
 //! Parts of optical surfaces, and the windows that cut them out.
 
-use catoptric_core::surface::AnalyticSurface;
+use super::super::super::key_error::KeyError;
+use catoptric_core::surface::{AnalyticSurface, Quadric};
 use glam::{DQuat, DVec3};
 
 /// A surface in the frame of the whole mirror or lens.
@@ -79,4 +80,21 @@ impl Window {
         };
         [center - half, center + half]
     }
+}
+
+/// The side of a body about the axis y, with its middle at the origin, in two halves: by the radii of its base and top.
+///
+/// A whole tube would pass for a body of its own, as its faces look in all directions alike.
+pub(super) fn halves(height: f64, [base, top]: [f64; 2], names: [&'static str; 2]) -> Result<Vec<Sheet>, KeyError> {
+    // x^2 + z^2 - (middle + slope y)^2, near the surface a length.
+    let (middle, slope, widest) = (0.5 * (base + top), (top - base) / height, base.max(top));
+    let factor = 0.5 / widest;
+    let squares = [1.0, -slope * slope, 1.0, 0.0, 0.0, 0.0, 0.0, -2.0 * middle * slope, 0.0, -middle * middle];
+    let wide = widest * (1.0 + 1e-9);
+    let half = |name, low: f64, high: f64| {
+        let (min, max) = ([low, -0.5 * height, -wide], [high, 0.5 * height, wide]);
+        let surface = AnalyticSurface::Quadric(Quadric::new(squares.map(|number| number * factor), min, max)?);
+        Ok::<_, KeyError>(Sheet { name, ..Sheet::in_place(Form::Exact(surface)) })
+    };
+    Ok(vec![half(names[0], -wide, 0.0)?, half(names[1], 0.0, wide)?])
 }

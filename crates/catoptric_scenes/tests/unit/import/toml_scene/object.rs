@@ -5,9 +5,10 @@ use super::{assert_error, read};
 use catoptric_core::error::SceneError;
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::{PoseOptions, Scene};
-use catoptric_scenes::import::{Resolver, toml_scene};
+use catoptric_scenes::import::{Resolver, load, load_bytes, toml_scene};
 use glam::Vec3;
 use std::io::Cursor;
+use std::path::Path;
 
 fn posed(text: &str) -> Scene {
     read(text).pose(&PoseOptions::default()).unwrap()
@@ -89,8 +90,8 @@ fn rows_and_grids_are_copies_with_a_number() {
     let lens = "[[reflector]]\nname = \"l\"\nsurface = \"lens\"\ncenter = [0, 1, 0]\naxis = [1, 0, 0]\nior = 1.5\n\
                 aperture_radius = 0.5\nthickness = 0.5\ncount = 2\nstep = [3, 0, 0]\n[move]\n\"l 1\" = [0, 0, 7]\n";
     let scene = posed(lens);
-    assert_eq!(scene.objects[5].name, "l 1 edge");
-    assert_box(&scene, 5, Vec3::new(3.0, 1.0, 7.0), Vec3::new(0.5, 1.0, 1.0));
+    assert_eq!(scene.objects[7].name, "l 1 right edge");
+    assert_box(&scene, 7, Vec3::new(3.0, 1.0, 6.75), Vec3::new(0.5, 1.0, 0.5));
 }
 
 /// A picture of two pixels, and a triangle.
@@ -170,4 +171,44 @@ fn misspelt_keys_name_their_line_and_the_right_one() {
     let twice = "[[object]]\nname = \"a\"\nshape = \"sphere\"\nradius = 1\n";
     assert_error(&format!("{twice}{twice}"), 5, "there is a `a` already");
     assert!(toml_model("[object]\nshape = \"box\"\n").unwrap_err().contains("[[object]]"));
+}
+
+#[test]
+fn a_scene_without_anything_to_be_seen_says_so_once() {
+    let warnings = |text: &str| load_bytes("scene.toml", text.as_bytes(), &Files).unwrap().warnings;
+    let told = |text: &str, needle: &str| {
+        let warnings = warnings(text);
+        assert!(warnings.len() == 1 && warnings[0].contains(needle), "{text}: {warnings:?}");
+    };
+    told("# nothing\n", "nothing to draw");
+    told("environment = \"studio\"\n", "nothing to draw");
+    let mirror = "[[reflector]]\nname = \"m\"\nsurface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
+    let cube = "[[object]]\nname = \"c\"\nshape = \"box\"\nsize = [1, 1, 1]\n";
+    told(mirror, "nothing to be seen in mirrors");
+    told(&format!("{mirror}[[light]]\nkind = \"point\"\nposition = [0, 5, 0]\n"), "nothing to be seen in mirrors");
+    told(&format!("{mirror}{cube}[role]\nc = \"reflector\"\n"), "nothing to be seen in mirrors");
+    let seen = [
+        format!("environment = \"studio\"\n{mirror}"),
+        format!("{mirror}diffuse = [1, 0, 0]\n"),
+        format!("{mirror}{cube}"),
+        format!("{mirror}[role]\nm = \"diffuse\"\n"),
+        cube.into(),
+    ];
+    for text in seen {
+        assert_eq!(warnings(&text), Vec::<String>::new(), "{text}");
+    }
+}
+
+#[test]
+fn the_examples_are_short_and_read_without_warnings() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    let files = folder.read_dir().unwrap().map(|entry| entry.unwrap().path());
+    let scenes: Vec<_> = files.filter(|path| path.extension().is_some_and(|kind| kind == "toml")).collect();
+    assert_eq!(scenes.len(), 6);
+    for path in scenes {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let model = load(&path).unwrap();
+        assert!(text.lines().count() < 40 && model.warnings.is_empty(), "{path:?}: {:?}", model.warnings);
+        assert!(!model.pose(&PoseOptions::default()).unwrap().specular_objects().is_empty(), "{path:?}");
+    }
 }
