@@ -31,7 +31,7 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize, model:
             let keys = SurfaceKeys { kind, values: read_values(&mut table, kind, &mut begins)? };
             let surface = keys.surface().map_err(|error| blend::explain(text, &table, &begins, error))?;
             let is_plane = matches!(surface, AnalyticSurface::Plane { .. });
-            (vec![Sheet::in_place(SheetForm::Exact(surface))], is_plane)
+            (vec![Sheet::in_place(SheetForm::Exact(Box::new(surface)))], is_plane)
         }
         Kind::Optics(kind) => (optics::read(text, &mut table, kind, look.ior.is_some())?, false),
     };
@@ -138,7 +138,7 @@ struct Parts {
 
 /// A sheet's shape as nodes have it.
 enum Shape {
-    Surface(AnalyticAsset),
+    Surface(Box<AnalyticAsset>),
     Mesh(usize),
 }
 
@@ -147,8 +147,8 @@ impl Parts {
     fn shapes(&self, name: &str, model: &mut Model) -> Vec<Shape> {
         let mut shape = |sheet: &Sheet| match &sheet.form {
             SheetForm::Exact(surface) => {
-                let (surface, material, inside) = (surface.clone(), self.material, self.inside);
-                Shape::Surface(AnalyticAsset { surface, material, inside })
+                let (surface, material, inside) = (AnalyticSurface::clone(surface), self.material, self.inside);
+                Shape::Surface(Box::new(AnalyticAsset { surface, material, inside }))
             }
             SheetForm::Disk { radius, is_up } => {
                 let mesh = fine_disk(*radius as f32, *is_up);
@@ -187,7 +187,7 @@ impl Parts {
             let name = if is_one { name.into() } else { format!("{name} {}", sheet.name) };
             let mut node = Node { name, local, parent, ..Node::default() };
             match shape {
-                Shape::Surface(surface) => node.analytic = Some(surface.clone()),
+                Shape::Surface(surface) => node.analytic = Some(AnalyticAsset::clone(surface)),
                 Shape::Mesh(mesh) => node.mesh = Some(*mesh),
             }
             model.nodes.push(node);

@@ -55,5 +55,5 @@ fn turned(height: f64, [base, top]: [f64; 2], is_closed: bool) -> Result<Vec<She
         Ok(side) => AnalyticSurface::Revolution(side),
         Err(error) => return wrong("radius", error.to_string()),
     };
-    Ok(vec![Sheet::in_place(Form::Exact(side)).named("", -0.5 * height)])
+    Ok(vec![Sheet::in_place(Form::Exact(Box::new(side))).named("", -0.5 * height)])
 }

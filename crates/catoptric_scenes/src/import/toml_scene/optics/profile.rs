@@ -108,7 +108,7 @@ impl Profile {
         } else {
             AnalyticSurface::Implicit(Implicit::new(&self.expression(is_up), min, max)?)
         };
-        Ok(Sheet::in_place(Form::Exact(surface)))
+        Ok(Sheet::in_place(Form::Exact(Box::new(surface))))
     }
 
     /// The conic's polynomial, positive on its outer side: near the vertex a length.
@@ -182,6 +182,11 @@ impl Profile {
         let polynomial = polynomial.map(|coefficient| coefficient * side);
         let (min, max) = ([low - room, bottom, -wide_bound], [high + room, top, wide_bound]);
         let surface = AnalyticSurface::Quadric(Quadric::new(polynomial, min, max)?);
-        Ok(Sheet { name: "", form: Form::Exact(surface), at: point, turn: DQuat::from_mat3(&axes).normalize() })
+        Ok(Sheet {
+            name: "",
+            form: Form::Exact(Box::new(surface)),
+            at: point,
+            turn: DQuat::from_mat3(&axes).normalize(),
+        })
     }
 }

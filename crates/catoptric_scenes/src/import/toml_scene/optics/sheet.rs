@@ -18,7 +18,7 @@ pub(in super::super) struct Sheet {
 #[derive(Clone, Debug)]
 pub(in super::super) enum Form {
     /// A surface by a formula.
-    Exact(AnalyticSurface),
+    Exact(Box<AnalyticSurface>),
     /// A flat round face in the xz plane, as a mesh, whose outer side is at +y or at -y.
     Disk {
         /// Its radius.
@@ -94,7 +94,7 @@ pub(super) fn halves(height: f64, [base, top]: [f64; 2], names: [&'static str; 2
     let half = |name, low: f64, high: f64| {
         let (min, max) = ([low, -0.5 * height, -wide], [high, 0.5 * height, wide]);
         let surface = AnalyticSurface::Quadric(Quadric::new(squares.map(|number| number * factor), min, max)?);
-        Ok::<_, KeyError>(Sheet { name, ..Sheet::in_place(Form::Exact(surface)) })
+        Ok::<_, KeyError>(Sheet { name, ..Sheet::in_place(Form::Exact(Box::new(surface))) })
     };
     Ok(vec![half(names[0], -wide, 0.0)?, half(names[1], 0.0, wide)?])
 }

@@ -85,7 +85,8 @@ fn rows_and_grids_are_copies_with_a_number() {
     assert_eq!(grid.objects.len(), 6);
     assert_box(&grid, 3, Vec3::new(1.0, 0.0, 5.0), Vec3::splat(0.02));
     assert!(grid.material_of(0).unlit);
-    let mirrors = "[[reflector]]\nname = \"m\"\nsurface = \"sphere\"\ncenter = [0, 1, 0]\nradius = 0.1\ncount = 2\nstep = [3, 0, 0]\n";
+    let mirrors = "[[reflector]]\nname = \"m\"\nsurface = \"sphere\"\ncenter = [0, 1, 0]\n\
+                   radius = 0.1\ncount = 2\nstep = [3, 0, 0]\n";
     assert_box(&posed(mirrors), 1, Vec3::new(3.0, 1.0, 0.0), Vec3::splat(0.2));
     let lens = "[[reflector]]\nname = \"l\"\nsurface = \"lens\"\ncenter = [0, 1, 0]\naxis = [1, 0, 0]\nior = 1.5\n\
                 aperture_radius = 0.5\nthickness = 0.5\ncount = 2\nstep = [3, 0, 0]\n[move]\n\"l 1\" = [0, 0, 7]\n";
@@ -118,7 +119,8 @@ fn pictures_and_meshes_are_files_beside_the_scene() {
         let model = toml_scene::from_slice("scene.toml", text.as_bytes(), &Files)?;
         Ok::<_, SceneError>((model.pose(&PoseOptions::default())?, model.warnings.len()))
     };
-    let text = "[[object]]\nshape = \"quad\"\nsize = [1, 1]\npicture = \"p.png\"\n[[object]]\nname = \"wedge\"\nshape = \"mesh\"\n\
+    let text = "[[object]]\nshape = \"quad\"\nsize = [1, 1]\npicture = \"p.png\"\n[[object]]\n\
+                name = \"wedge\"\nshape = \"mesh\"\n\
                 file = \"t.obj\"\nscale = 2\ncenter = [0, 0, 5]\ncolor = [0.1, 0.2, 0.3]\ncount = 2\nstep = [4, 0, 0]\n\
                 [move]\n\"wedge 1\" = [0, 1, 0]\n";
     let (scene, _) = posed(text).unwrap();
@@ -189,7 +191,7 @@ fn a_scene_without_anything_to_be_seen_says_so_once() {
     told(&format!("{mirror}{cube}[role]\nc = \"reflector\"\n"), "nothing to be seen in mirrors");
     let seen = [
         format!("environment = \"studio\"\n{mirror}"),
-        format!("{mirror}diffuse = [1, 0, 0]\n"),
+        format!("{mirror}fresnel = [0.5, 0.5]\ndiffuse = [1, 0, 0]\n"),
         format!("{mirror}{cube}"),
         format!("{mirror}[role]\nm = \"diffuse\"\n"),
         cube.into(),

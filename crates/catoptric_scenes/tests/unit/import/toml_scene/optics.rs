@@ -81,7 +81,8 @@ fn paraboloids_send_light_along_their_axis_through_the_focus() {
         assert!(met >= 3, "{aperture}");
     }
     // One that looks at +x, and one that bulges, whose focus lies behind it.
-    let text = "[[reflector]]\nsurface = \"paraboloid\"\ncenter = [1, 2, 3]\naxis = [1, 0, 0]\nradius = 2\naperture_radius = 1\n";
+    let text = "[[reflector]]\nsurface = \"paraboloid\"\ncenter = [1, 2, 3]\naxis = [1, 0, 0]\n\
+                radius = 2\naperture_radius = 1\n";
     let across = posed(text).objects[0].surface.clone().unwrap();
     assert!(miss(&across, DVec3::new(4.0, 2.5, 3.3), DVec3::NEG_X, DVec3::new(2.0, 2.0, 3.0)) < 1e-6);
     let bulge = surface("paraboloid", "radius = -2\naperture_radius = 1");
