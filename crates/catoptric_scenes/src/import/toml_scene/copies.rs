@@ -4,9 +4,6 @@ use super::keys::{Keys, Located, Text};
 use catoptric_core::error::SceneError;
 use glam::DVec3;
 
-/// The most copies of one thing.
-const MAX_COPIES: f64 = 10_000.0;
-
 /// The places of all copies, about that of the first.
 pub(super) struct Copies {
     /// The ways from the first one, x changing fastest.
@@ -14,8 +11,8 @@ pub(super) struct Copies {
 }
 
 impl Copies {
-    /// Takes `count` and `step` from a table.
-    pub(super) fn read(text: Text<'_>, table: &mut Keys<'_, '_>) -> Result<Self, SceneError> {
+    /// Takes `count` and `step` from a table, for so many copies at most.
+    pub(super) fn read(text: Text<'_>, table: &mut Keys<'_, '_>, most: f64) -> Result<Self, SceneError> {
         let (count, step) = (table.one_or_more("count", 3)?, table.numbers::<3>("step")?);
         let (count, step) = match (count, step) {
             (None, None) => return Ok(Self { offsets: vec![DVec3::ZERO] }),
@@ -28,9 +25,9 @@ impl Copies {
             return wrong("must be one number, or three in brackets: along x, y and z".into());
         }
         if count.value.iter().any(|number| number.fract() != 0.0 || *number < 1.0)
-            || count.value.iter().product::<f64>() > MAX_COPIES
+            || count.value.iter().product::<f64>() > most
         {
-            return wrong(format!("{:?}; allowed are whole numbers from 1 to {MAX_COPIES} in all", count.value));
+            return wrong(format!("{:?}; allowed are whole numbers from 1 to {most} in all", count.value));
         }
         Ok(Self { offsets: offsets(&count, step) })
     }

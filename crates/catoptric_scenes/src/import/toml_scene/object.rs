@@ -33,6 +33,10 @@ const MESHES: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
 /// Lengths and scales are from the first to the second.
 const LENGTHS: [f64; 2] = [1e-9, 1e9];
 
+/// The most copies of an object, and of the points of a grid, which have fewer triangles.
+const MAX_COPIES: f64 = 500.0;
+const MAX_POINTS: f64 = 10_000.0;
+
 /// The brightest colour of what is unlit.
 const MAX_RADIANCE: f64 = 1e6;
 
@@ -51,7 +55,7 @@ pub(super) fn read(
         None => DVec3::ZERO,
     };
     let scale = read_scale(&mut table)?;
-    let copies = Copies::read(text, &mut table)?;
+    let copies = Copies::read(text, &mut table, if shape == POINTS { MAX_POINTS } else { MAX_COPIES })?;
     let look = Look::read(text, &mut table, shape == POINTS)?;
     let file = if shape == MESH { Some(read_file(text, &mut table)?) } else { None };
     let given = lengths.iter().map(|(key, count)| read_lengths(&mut table, shape, key, *count));

@@ -13,6 +13,9 @@ use catoptric_core::scene::model::{AnalyticAsset, LocalTransform, MeshAsset, Mod
 use catoptric_core::surface::AnalyticSurface;
 use glam::{DQuat, DVec3};
 
+/// The most copies of a reflector: each has a tessellation of its own.
+const MAX_COPIES: f64 = 500.0;
+
 /// Adds a reflector to the model; `index` is its number in the file.
 pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize, model: &mut Model) -> Result<(), SceneError> {
     let kind = table.string("surface")?;
@@ -24,7 +27,7 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize, model:
     let name = table.string("name")?.map_or_else(|| format!("reflector {index}"), |name| name.value);
     let center = table.numbers("center")?;
     let rotation_deg = table.numbers("rotation_deg")?;
-    let copies = Copies::read(text, &mut table)?;
+    let copies = Copies::read(text, &mut table, MAX_COPIES)?;
     let (look, mut begins) = read_material(&mut table)?;
     let (sheets, is_plane) = match kind {
         Kind::Surface(kind) => {

@@ -103,10 +103,11 @@ impl Profile {
             if is_rising { high_bound = rim } else { low_bound = rim }
         }
         let (min, max) = (min.with_y(low_bound).to_array(), max.with_y(high_bound).to_array());
+        let no_part = |error| window.wrong_part(&error);
         let surface = if is_conic {
-            AnalyticSurface::Quadric(Quadric::new(self.coefficients(is_up), min, max)?)
+            AnalyticSurface::Quadric(Quadric::new(self.coefficients(is_up), min, max).map_err(no_part)?)
         } else {
-            AnalyticSurface::Implicit(Implicit::new(&self.expression(is_up), min, max)?)
+            AnalyticSurface::Implicit(Implicit::new(&self.expression(is_up), min, max).map_err(no_part)?)
         };
         Ok(Sheet::in_place(Form::Exact(Box::new(surface))))
     }
@@ -181,7 +182,8 @@ impl Profile {
         ];
         let polynomial = polynomial.map(|coefficient| coefficient * side);
         let (min, max) = ([low - room, bottom, -wide_bound], [high + room, top, wide_bound]);
-        let surface = AnalyticSurface::Quadric(Quadric::new(polynomial, min, max)?);
+        let surface =
+            AnalyticSurface::Quadric(Quadric::new(polynomial, min, max).map_err(|error| window.wrong_part(&error))?);
         Ok(Sheet {
             name: "",
             form: Form::Exact(Box::new(surface)),

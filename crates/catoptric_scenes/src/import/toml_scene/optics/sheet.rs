@@ -1,7 +1,7 @@
 //! Parts of optical surfaces, and the windows that cut them out.
 
 use super::super::super::key_error::KeyError;
-use catoptric_core::surface::{AnalyticSurface, Quadric};
+use catoptric_core::surface::{AnalyticSurface, Quadric, SurfaceError};
 use glam::{DQuat, DVec3};
 
 /// A surface in the frame of the whole mirror or lens.
@@ -54,6 +54,13 @@ impl Window {
             Self::Round { .. } => "aperture_radius",
             Self::Rectangle { .. } => "aperture_size",
         }
+    }
+
+    /// The error about a window in which there is no surface that could be drawn.
+    pub(super) fn wrong_part(&self, error: &SurfaceError) -> KeyError {
+        let problem =
+            format!("there is nothing to draw in it: the surface is too high, or too flat ({})", error.problem);
+        KeyError { key: self.key(), problem }
     }
 
     /// The largest distance from the axis.
