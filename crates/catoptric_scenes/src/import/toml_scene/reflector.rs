@@ -45,6 +45,7 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize, model:
         None => return Err(table.missing("center", "missing; needed is `center = [x, y, z]`")),
     };
     let towards = match kind {
+        Kind::Optics(optics::Kind::Disk) => Some("normal"),
         Kind::Optics(_) => Some("axis"),
         Kind::Surface(_) => is_plane.then_some("normal"),
     };

@@ -1,5 +1,6 @@
 //! Lenses: two profiles, and the edge between them.
 
+use super::super::super::key_error::MAX_LENGTH;
 use super::super::keys::Keys;
 use super::profile::Profile;
 use super::reading::{Kind, explain, read_length, read_profile};
@@ -15,18 +16,22 @@ const SHARP: f64 = 1e-6;
 /// Takes the keys of a lens. Its middle lies between the vertices; the front is at -y.
 pub(super) fn read(table: &mut Keys<'_, '_>) -> Result<Vec<Sheet>, SceneError> {
     let radius = read_length(table, "aperture_radius")?;
-    let thickness = read_length(table, "thickness")?;
+    let given = read_thickness(table)?;
     let window = Window::Round { radius, center: DVec3::ZERO };
     let (front, front_sheet) = read_face(table, "front", &window)?;
     let (back, back_sheet) = read_face(table, "back", &window)?;
+    let thickness = match given {
+        Thickness::OfAxis(thickness) => thickness,
+        Thickness::OfEdge(edge) => edge + front.sag(radius) - back.sag(radius),
+    };
     let gap = |step: u32| {
         let distance = radius * f64::from(step) / f64::from(STEPS);
         thickness + back.sag(distance) - front.sag(distance)
     };
     let least = (0..=STEPS).map(gap).fold(f64::INFINITY, f64::min);
     if least < -SHARP * radius {
-        let problem = format!("{thickness}; the faces meet within the aperture: it must be {:.4} more", -least);
-        return Err(table.blame("thickness", problem));
+        let problem = format!("the faces meet within the aperture: it must be {:.4} more", -least);
+        return Err(table.blame(given.key(), problem));
     }
     let (bottom, edge) = (front.sag(radius) - 0.5 * thickness, gap(STEPS));
     let mut sheets = vec![front_sheet.named("front", -0.5 * thickness), back_sheet.named("back", 0.5 * thickness)];
@@ -35,6 +40,31 @@ pub(super) fn read(table: &mut Keys<'_, '_>) -> Result<Vec<Sheet>, SceneError> {
         sheets.extend(sides.into_iter().map(|side| Sheet { at: DVec3::Y * (bottom + 0.5 * edge), ..side }));
     }
     Ok(sheets)
+}
+
+/// The thickness of a lens, as it is given.
+#[derive(Clone, Copy)]
+enum Thickness {
+    OfAxis(f64),
+    OfEdge(f64),
+}
+
+impl Thickness {
+    fn key(self) -> &'static str {
+        match self {
+            Self::OfAxis(_) => "thickness",
+            Self::OfEdge(_) => "edge",
+        }
+    }
+}
+
+fn read_thickness(table: &mut Keys<'_, '_>) -> Result<Thickness, SceneError> {
+    match (table.has("thickness"), table.number("edge")?) {
+        (true, Some(edge)) => Err(table.wrong("edge", edge.begin, "follows from `thickness`: leave out one of them")),
+        (false, Some(edge)) if (0.0..=MAX_LENGTH).contains(&edge.value) => Ok(Thickness::OfEdge(edge.value)),
+        (false, Some(edge)) => Err(table.wrong("edge", edge.begin, format!("{}; must be 0 or a length", edge.value))),
+        (_, None) => Ok(Thickness::OfAxis(read_length(table, "thickness")?)),
+    }
 }
 
 /// A face by its own table; without one it is flat.

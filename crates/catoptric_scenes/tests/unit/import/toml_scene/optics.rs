@@ -185,6 +185,12 @@ fn lenses_are_closed_bodies_of_their_volume() {
         assert!(!sums.are_open(), "{faces}: {sums:?}");
         assert!((sums.volume / 6.0 / volume - 1.0).abs() < 1e-3, "{faces}: {} {volume}", sums.volume / 6.0);
     }
+    // By the height of its edge: sharp, and as high as above.
+    for (edge, volume) in [(0.0, cap(1.0, half) * 2.0), (0.1, cap(1.0, half) * 2.0 + disk * 0.1)] {
+        let faces = "front = { radius = 1 }\nback = { radius = -1 }";
+        let sums = enclosed(&glass(&format!("surface = \"lens\"\naperture_radius = 0.25\nedge = {edge}\n{faces}\n")));
+        assert!(!sums.are_open() && (sums.volume / 6.0 / volume - 1.0).abs() < 1e-3, "{edge}: {sums:?}");
+    }
     let rod = enclosed(&glass("surface = \"cylinder\"\nradius = 0.25\nheight = 2\n"));
     assert!(!rod.are_open() && (rod.volume / 6.0 / (disk * 2.0) - 1.0).abs() < 1e-3);
     let axicon = enclosed(&glass("surface = \"axicon\"\nradius = 0.25\nheight = 0.3\n"));
@@ -263,6 +269,9 @@ fn errors_of_the_shapes_of_optics_name_their_key() {
             "ior = 1.5\naperture_radius = 0.5\nthickness = 1\nfront = { radus = 0.6 }",
             "front.radus: unknown key (did you",
         ),
+        ("lens", "ior = 1.5\naperture_radius = 0.5\nthickness = 1\nedge = 0.1", "edge: follows from"),
+        ("lens", "ior = 1.5\naperture_radius = 0.5\nedge = -1", "edge: -1; must be"),
+        ("lens", "ior = 1.5\naperture_radius = 0.5\nfront = { radius = 1 }", "thickness: missing"),
         ("parabloid", "", "did you mean `paraboloid`?"),
     ];
     for (kind, lines, needle) in cases {
