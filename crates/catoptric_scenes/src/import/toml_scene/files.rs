@@ -84,6 +84,9 @@ impl MeshUse {
         for place in self.nodes.clone() {
             let moved = model.nodes.len() - node;
             model.nodes.extend(nodes.iter().cloned().map(|mut own| {
+                if let (Some(surface), Some(material)) = (&mut own.analytic, self.material) {
+                    surface.material = material;
+                }
                 own.parent = Some(own.parent.map_or(place, |parent| parent + moved));
                 own
             }));

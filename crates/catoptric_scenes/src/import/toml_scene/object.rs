@@ -11,6 +11,7 @@ use catoptric_core::framebuffer::srgb_from_linear;
 use catoptric_core::scene::model::{LocalTransform, MeshAsset, Model, Node, Primitive};
 use catoptric_core::scene::{Material, TextureBinding};
 use glam::{Affine2, DQuat, DVec3, Vec2, Vec3};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// The shapes, each with its own keys of lengths and how many numbers they are.
@@ -40,7 +41,7 @@ const MAX_POINTS: f64 = 10_000.0;
 /// The brightest colour of what is unlit.
 const MAX_RADIANCE: f64 = 1e6;
 
-/// The number of objects so far is `index`; adds one to a model, and to the files that it needs.
+/// Adds an object to a model, and the files that it names; `index` is its number in the scene.
 pub(super) fn read(
     text: Text<'_>,
     mut table: Keys<'_, '_>,
@@ -63,13 +64,17 @@ pub(super) fn read(
     let begin = table.begin();
     table.finish()?;
     let names: Vec<String> = (0..copies.offsets.len()).map(|index| copies.name(&name, index)).collect();
-    if model.nodes.iter().any(|node| names.contains(&node.name)) {
-        return Err(text.invalid(begin, "object.name", format!("there is a `{}` already", names[0])));
+    let own: HashSet<&str> = names.iter().map(String::as_str).collect();
+    if let Some(other) = model.nodes.iter().find(|node| own.contains(node.name.as_str())) {
+        return Err(text.invalid(begin, "object.name", format!("there is a `{}` already", other.name)));
     }
     let first = model.nodes.len();
     for (offset, name) in copies.offsets.iter().zip(names) {
-        let (translation, rotation) = ((center + *offset).as_vec3(), turn.as_quat());
-        let local = LocalTransform::Parts { translation, rotation, scale };
+        let local = match (center + *offset, scale) {
+            // In double precision.
+            (translation, Vec3::ONE) => LocalTransform::Rigid { translation, rotation: turn },
+            (at, scale) => LocalTransform::Parts { translation: at.as_vec3(), rotation: turn.as_quat(), scale },
+        };
         model.nodes.push(Node { name, local, ..Node::default() });
     }
     let (unlit, square) = (look.unlit, look.checker.map(|(square, _)| square as f32));
@@ -187,7 +192,7 @@ struct Look {
     /// The side of a square, and the second colour.
     checker: Option<(f64, Vec3)>,
     unlit: bool,
-    /// Whether there is more than `unlit`.
+    /// More than `unlit` is given.
     is_given: bool,
 }
 
@@ -197,7 +202,7 @@ impl Look {
         let most = if unlit { MAX_RADIANCE } else { 1.0 };
         let color = |table: &mut Keys<'_, '_>, key| match table.numbers::<3>(key)? {
             Some(at) if !at.value.iter().all(|share| (0.0..=most).contains(share)) => {
-                Err(table.wrong(key, at.begin, format!("{:?}; allowed is 0 to {most:?}", at.value)))
+                Err(table.wrong(key, at.begin, format!("{:?}; allowed is 0 to {most}", at.value)))
             }
             at => Ok(at.map(|at| Vec3::from(at.value.map(|share| share as f32)))),
         };

@@ -12,6 +12,7 @@ use catoptric_core::error::SceneError;
 use catoptric_core::scene::model::{AnalyticAsset, LocalTransform, MeshAsset, Model, Node, Primitive};
 use catoptric_core::surface::AnalyticSurface;
 use glam::{DQuat, DVec3};
+use std::collections::HashSet;
 
 /// The most copies of a reflector: each has a tessellation of its own.
 const MAX_COPIES: f64 = 500.0;
@@ -61,7 +62,8 @@ pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize, model:
     let begin = table.begin();
     table.finish()?;
     let names: Vec<String> = (0..copies.offsets.len()).map(|index| copies.name(&name, index)).collect();
-    if let Some(other) = model.nodes.iter().find(|node| names.contains(&node.name)) {
+    let own: HashSet<&str> = names.iter().map(String::as_str).collect();
+    if let Some(other) = model.nodes.iter().find(|node| own.contains(node.name.as_str())) {
         let problem = format!("there is a reflector `{}` already", other.name);
         return Err(text.invalid(begin, "reflector.name", problem));
     }

@@ -15,19 +15,19 @@ const FINE_SEGMENTS: u32 = 1000;
 
 /// A shape and its lengths.
 pub(super) enum Solid {
-    /// Its width, height and depth.
+    /// By width, height and depth.
     Box([f32; 3]),
-    /// In the xz plane, towards +y, upright as seen with -z up: its width and height.
+    /// In the xz plane, towards +y, upright as seen with -z up: by width and height.
     Quad([f32; 2]),
-    /// Its radius.
+    /// By the radius.
     Sphere(f32),
     /// A sphere of few triangles.
     Point(f32),
-    /// About y: its radius and height.
+    /// About y: by radius and height.
     Cylinder(f32, f32),
-    /// About y, its tip at the top: its radius and height.
+    /// About y, its tip at the top: by radius and height.
     Cone(f32, f32),
-    /// In the xz plane, towards +y: its radius.
+    /// In the xz plane, towards +y: by the radius.
     Disk(f32),
 }
 

@@ -21,7 +21,7 @@ pub(in super::super) enum Form {
     Exact(Box<AnalyticSurface>),
     /// A flat round face in the xz plane, as a mesh, whose outer side is at +y or at -y.
     Disk {
-        /// Its radius.
+        /// The radius.
         radius: f64,
         /// Towards +y.
         is_up: bool,

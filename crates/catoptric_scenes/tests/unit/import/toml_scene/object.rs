@@ -61,6 +61,41 @@ fn shapes_have_their_size_place_and_area() {
 }
 
 #[test]
+fn pictures_are_upright_and_not_mirrored() {
+    // Seen from +z, or from above with -z up: coordinates run to the right and down.
+    let cases = [
+        ("quad", "size = [2, 2]", Vec3::NEG_Y),
+        ("quad", "size = [2, 2]\nnormal = [0, 1, 0]", Vec3::Z),
+        ("box", "size = [2, 2, 2]", Vec3::NEG_Y),
+        ("disk", "radius = 1", Vec3::NEG_Y),
+        ("sphere", "radius = 1", Vec3::NEG_Y),
+        ("cylinder", "radius = 1\nheight = 2", Vec3::NEG_Y),
+    ];
+    for (shape, lines, down) in cases {
+        let scene = posed(&format!("[[object]]\nshape = \"{shape}\"\n{lines}\n"));
+        let towards = if down == Vec3::Z { Vec3::Y } else { Vec3::Z };
+        let mut seen = 0;
+        for corners in &scene.triangles {
+            let [a, b, c] = corners.map(|corner| corner as usize);
+            if scene.normals[a].dot(towards) < 0.9 || scene.normals[b].dot(towards) < 0.9 {
+                continue;
+            }
+            let way = |to: usize| scene.positions[to] - scene.positions[a];
+            let change = |to: usize| scene.uvs[to][0] - scene.uvs[a][0];
+            // The change of coordinates with the way, by both edges: the matrix of the one times the other's inverse.
+            let across = glam::Mat2::from_cols(
+                glam::Vec2::new(way(b).x, way(b).dot(down)),
+                glam::Vec2::new(way(c).x, way(c).dot(down)),
+            );
+            let by_way = glam::Mat2::from_cols(change(b), change(c)) * across.inverse();
+            assert!(by_way.x_axis.x > 0.1 && by_way.y_axis.y > 0.1, "{shape} {lines}: {by_way}");
+            seen += 1;
+        }
+        assert!(seen > 10, "{shape}");
+    }
+}
+
+#[test]
 fn squares_have_their_side_on_every_face() {
     // Two squares a turn of the texture: the change of its coordinates with the place is half of one over the side.
     let scene = posed("[[object]]\nshape = \"box\"\nsize = [1, 2, 3]\nchecker = 0.25\n");

@@ -157,7 +157,7 @@ fn cylinders_and_cones_stand_about_their_middle() {
     assert!((across(&stump, 0.0).unwrap() - 0.3).abs() < 1e-9);
 }
 
-/// What glass encloses.
+/// The sums over all faces of glass.
 fn enclosed(text: &str) -> FaceSums {
     let scene = posed(text);
     (0..scene.objects.len() as u32).fold(FaceSums::default(), |sums, object| sums.with(&scene, object))
