@@ -53,7 +53,7 @@ pub struct LoadOptions<'a> {
 /// As [`load`]; also [`SceneError::Unknown`] when no file of the scene has the variant.
 pub fn load_with(path: &Path, options: LoadOptions<'_>) -> Result<Model, SceneError> {
     let model = finished(match extension(path).as_str() {
-        "toml" => toml_scene::load_with(path, options).map(with_remark_on_mirrors),
+        "toml" => toml_scene::load_with(path, options),
         _ => load_as_it_stands(path, options),
     }?)?;
     match options.variant {
@@ -95,7 +95,7 @@ fn parse(name: &str, bytes: &[u8], resolver: &dyn Resolver, variant: Option<&str
         "obj" => obj::from_slice(name, bytes, resolver),
         "ply" => mesh_file::ply::from_slice(name, bytes),
         "stl" => mesh_file::stl::from_slice(name, bytes),
-        "toml" => toml_scene::from_slice(name, bytes, resolver).map(with_remark_on_mirrors),
+        "toml" => toml_scene::from_slice(name, bytes, resolver),
         _ => gltf_from(name, bytes, resolver, variant),
     }
 }
@@ -108,32 +108,6 @@ fn finished(mut model: Model) -> Result<Model, SceneError> {
         model.warnings.push("there is nothing to draw: no surface is in the file".into());
     }
     Ok(model)
-}
-
-/// The model of a scene of the project's own, with a warning if it has mirrors or glass and nothing to be seen in them.
-/// Other files stand in a studio then.
-fn with_remark_on_mirrors(mut model: Model) -> Model {
-    let surfaces = model.nodes.iter().flat_map(|node| {
-        let mesh = node.mesh.and_then(|mesh| model.meshes.get(mesh));
-        let parts = mesh.into_iter().flat_map(|mesh| mesh.primitives.iter().map(|part| part.material));
-        let name = if node.name.is_empty() { mesh.map_or("", |mesh| &mesh.name) } else { &node.name };
-        parts.chain(node.analytic.as_ref().map(|surface| surface.material)).map(move |material| (name, material))
-    });
-    let only_reflects = |(name, material): (&str, usize)| {
-        let Some(material) = model.materials.get(material) else { return false };
-        match model.roles.iter().rev().find(|rule| rule.matches(name, &material.name)) {
-            Some(rule) => rule.apply(material).role.is_specular(),
-            None => material.role.is_specular() && !material.has_own_light(),
-        }
-    };
-    let mut surfaces = surfaces.peekable();
-    let is_dark = model.environment.is_none() && model.backdrop.is_none() && model.blends.is_empty();
-    if is_dark && surfaces.peek().is_some() && surfaces.all(only_reflects) {
-        let problem = "there is nothing to be seen in mirrors: all surfaces are mirrors or glass, and there is no \
-                       environment; add an [[object]], or environment = \"studio\"";
-        model.warnings.push(problem.into());
-    }
-    model
 }
 
 /// Refuses names of other kinds of files, before anything is read.

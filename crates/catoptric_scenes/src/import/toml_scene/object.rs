@@ -104,7 +104,10 @@ type Shape = (&'static str, &'static [(&'static str, usize)]);
 fn read_shape(table: &mut Keys<'_, '_>) -> Result<Shape, SceneError> {
     let names = || SHAPES.iter().map(|(name, _)| *name);
     let allowed = format!("allowed are {}", names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "));
-    let given = table.string("shape")?.ok_or_else(|| table.missing("shape", format!("missing; {allowed}")))?;
+    let given = table.string("shape")?.ok_or_else(|| {
+        let also = if table.has("surface") { "; `surface` is for [[reflector]]" } else { "" };
+        table.missing("shape", format!("missing; {allowed}{also}"))
+    })?;
     SHAPES.into_iter().find(|(name, _)| *name == given.value).ok_or_else(|| {
         let hint = did_you_mean(&given.value, names());
         table.wrong("shape", given.begin, format!("there is no shape `{}`{hint}; {allowed}", given.value))

@@ -21,7 +21,8 @@ const MAX_COPIES: f64 = 500.0;
 pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize, model: &mut Model) -> Result<(), SceneError> {
     let kind = table.string("surface")?;
     let Some(kind) = kind else {
-        return Err(table.missing("surface", "missing; it names the kind, such as \"sphere\""));
+        let also = if table.has("shape") { "; `shape` is for [[object]]" } else { "" };
+        return Err(table.missing("surface", format!("missing; it names the kind, such as \"sphere\"{also}")));
     };
     // Before the other keys: those of a kind that there is not would only be called unknown.
     let kind = find_kind(&kind.value).map_err(|error| table.wrong(error.key, kind.begin, error.problem))?;

@@ -5,7 +5,7 @@ use super::{assert_error, read};
 use catoptric_core::error::SceneError;
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::{PoseOptions, Scene};
-use catoptric_scenes::import::{Resolver, load, load_bytes, toml_scene};
+use catoptric_scenes::import::{Resolver, load, toml_scene};
 use glam::Vec3;
 use std::io::Cursor;
 use std::path::Path;
@@ -177,11 +177,13 @@ fn misspelt_keys_name_their_line_and_the_right_one() {
     assert_error("[[reflector]]\nsurface = \"sphere\"\nradius = 1\ncentre = [0, 0, 0]\n", 4, "did you mean `center`?");
     assert_error("[[reflector]]\nsurfaces = \"sphere\"\n", 2, "did you mean `surface`?");
     assert_error("[[reflector]]\nsurface = \"shpere\"\n", 2, "there is no kind `shpere` (did you mean `sphere`?)");
+    assert_error("[[reflector]]\nshape = \"sphere\"\n", 1, "`shape` is for [[object]]");
     assert_error("[camera]\neye = [0, 0, 1]\ntraget = [0, 0, 0]\n", 3, "did you mean `target`?");
     assert_error("[[light]]\nknd = \"point\"\n", 2, "did you mean `kind`?");
     let cases = [
         ("shap = \"box\"", 2, "did you mean `shape`?"),
         ("", 1, "shape: missing; allowed are `box`"),
+        ("surface = \"sphere\"", 1, "`surface` is for [[reflector]]"),
         ("shape = \"bix\"", 2, "there is no shape `bix` (did you mean `box`?)"),
         ("shape = \"box\"", 1, "size: missing; the shape `box` needs `size`, 3 numbers"),
         ("shape = \"box\"\nsizes = [1, 1, 1]", 3, "did you mean `size`?"),
@@ -209,32 +211,6 @@ fn misspelt_keys_name_their_line_and_the_right_one() {
     let twice = "[[object]]\nname = \"a\"\nshape = \"sphere\"\nradius = 1\n";
     assert_error(&format!("{twice}{twice}"), 5, "there is a `a` already");
     assert!(toml_model("[object]\nshape = \"box\"\n").unwrap_err().contains("[[object]]"));
-}
-
-#[test]
-fn a_scene_without_anything_to_be_seen_says_so_once() {
-    let warnings = |text: &str| load_bytes("scene.toml", text.as_bytes(), &Files).unwrap().warnings;
-    let told = |text: &str, needle: &str| {
-        let warnings = warnings(text);
-        assert!(warnings.len() == 1 && warnings[0].contains(needle), "{text}: {warnings:?}");
-    };
-    told("# nothing\n", "nothing to draw");
-    told("environment = \"studio\"\n", "nothing to draw");
-    let mirror = "[[reflector]]\nname = \"m\"\nsurface = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
-    let cube = "[[object]]\nname = \"c\"\nshape = \"box\"\nsize = [1, 1, 1]\n";
-    told(mirror, "nothing to be seen in mirrors");
-    told(&format!("{mirror}[[light]]\nkind = \"point\"\nposition = [0, 5, 0]\n"), "nothing to be seen in mirrors");
-    told(&format!("{mirror}{cube}[role]\nc = \"reflector\"\n"), "nothing to be seen in mirrors");
-    let seen = [
-        format!("environment = \"studio\"\n{mirror}"),
-        format!("{mirror}fresnel = [0.5, 0.5]\ndiffuse = [1, 0, 0]\n"),
-        format!("{mirror}{cube}"),
-        format!("{mirror}[role]\nm = \"diffuse\"\n"),
-        cube.into(),
-    ];
-    for text in seen {
-        assert_eq!(warnings(&text), Vec::<String>::new(), "{text}");
-    }
 }
 
 #[test]
