@@ -10,6 +10,7 @@ use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Material, Ray, Scene};
 use catoptric_testkit::scenes::SceneBuilder;
 use glam::{DQuat, DVec3, Quat, Vec3};
+use std::sync::Arc;
 
 fn between(numbers: &mut Stream, low: f64, high: f64) -> f64 {
     low + (high - low) * f64::from(numbers.next_unit())
@@ -286,6 +287,8 @@ fn bodies_that_cannot_be_meant_so_are_told() {
     let remarks = |add: &dyn Fn(&mut SceneBuilder, usize)| {
         let mut builder = SceneBuilder::new();
         let glass = builder.material(Material::glass("glass", 1.5));
+        let paint = builder.material(Material::diffuse("paint", Vec3::ONE));
+        builder.quad("wall", Vec3::new(-9.0, -9.0, -5.0), Vec3::X, Vec3::Y, paint);
         add(&mut builder, glass);
         remarks_on_bodies(&builder.build())
     };
@@ -303,4 +306,24 @@ fn bodies_that_cannot_be_meant_so_are_told() {
     assert!(matches!(&told[..], [one] if one.contains("`hollow` is turned inside out")), "{told:?}");
     let told = remarks(&|builder, glass| builder.quad("pane", Vec3::ZERO, Vec3::X, Vec3::Y, glass));
     assert!(matches!(&told[..], [one] if one.contains("`pane` has no closed surface")), "{told:?}");
+}
+
+/// Mirrors and glass alone show nothing, but for light from infinity and a colour of their own.
+#[test]
+fn scenes_with_nothing_to_be_seen_in_mirrors_are_told() {
+    let remarks = |mirror: Material, is_lit: bool| {
+        let mut builder = SceneBuilder::new();
+        let mirror = builder.material(mirror);
+        builder.sphere_mesh("ball", Vec3::ZERO, 1.0, 8, mirror);
+        builder.model_mut().environment = is_lit.then(|| Arc::new(catoptric_scenes::studio()));
+        remarks_on_bodies(&builder.build())
+    };
+    let mirror = || Material::mirror("mirror", Vec3::ONE);
+    for dark in [mirror(), Material::glass("glass", 1.5)] {
+        let told = remarks(dark.clone(), false);
+        assert!(matches!(&told[..], [one] if one.contains("nothing to be seen in mirrors")), "{told:?}");
+        assert_eq!(remarks(dark, true), [""; 0]);
+    }
+    assert_eq!(remarks(Material { mirror_roughness: 0.3, ..mirror() }, false), [""; 0]);
+    assert_eq!(remarks(Material::diffuse("paint", Vec3::ONE), false), [""; 0]);
 }

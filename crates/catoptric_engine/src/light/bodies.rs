@@ -186,7 +186,8 @@ fn is_open(scene: &Scene, object: u32) -> bool {
 }
 
 /// Bodies of glass or liquid whose surfaces cannot be meant as they are, a sentence a kind with the names of objects:
-/// they are drawn as their normals say all the same.
+/// they are drawn as their normals say all the same. A sentence, too, of a scene with nothing but mirrors and glass,
+/// in which nothing is to be seen.
 pub fn remarks_on_bodies(scene: &Scene) -> Vec<String> {
     let bodies = SceneBodies::new(scene, |_| true);
     let mut of_bodies = vec![FaceSums::default(); scene.objects.len()];
@@ -236,10 +237,26 @@ pub fn remarks_on_bodies(scene: &Scene) -> Vec<String> {
             ["is", "are"],
             "open: drawn as a thin plate, which light passes straight; only a closed surface has an inside",
         ),
+        told_of_dark(scene),
     ]
     .into_iter()
     .flatten()
     .collect()
+}
+
+/// A sentence about a scene whose surfaces all show something else, of which there is nothing.
+fn told_of_dark(scene: &Scene) -> Option<String> {
+    let only_shows_others = |object: u32| {
+        let material = scene.material_of(object);
+        material.role.is_specular() && !material.has_own_light() && material.emissive == Vec3::ZERO
+    };
+    let objects = 0..scene.objects.len() as u32;
+    let is_dark = scene.environment.is_none() && scene.backdrop.is_none() && !objects.is_empty();
+    (is_dark && objects.clone().all(only_shows_others)).then(|| {
+        "there is nothing to be seen in mirrors: all surfaces are mirrors or glass, and there is no environment (add \
+         other objects, or --environment studio)"
+            .into()
+    })
 }
 
 /// A sentence about some objects, which tells the name of the first one.

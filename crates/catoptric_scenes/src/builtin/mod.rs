@@ -10,7 +10,7 @@ mod glass;
 mod halls;
 mod info;
 mod parameters;
-mod parts;
+pub(crate) mod parts;
 mod pots;
 mod rooms;
 mod shells;

@@ -2,6 +2,7 @@
 
 use super::blend::BlendKeys;
 use super::key_error::{KeyError, positive, wrong};
+use catoptric_core::error::did_you_mean;
 use catoptric_core::scene::Material;
 use catoptric_core::surface::{AnalyticSurface, Ellipsoid, Implicit, Quadric, Revolution, Superquadric, Torus};
 use glam::Vec3;
@@ -68,10 +69,22 @@ const fn numbers(key: &'static str, count: usize) -> Parameter {
 pub(super) fn kind_named(name: &str) -> Result<&'static Kind, KeyError> {
     match KINDS.iter().find(|kind| kind.name == name) {
         Some(kind) => Ok(kind),
-        None => {
-            let names: Vec<String> = KINDS.iter().map(|kind| format!("`{}`", kind.name)).collect();
-            wrong("surface", format!("there is no kind `{name}`; supported are {}", names.join(", ")))
-        }
+        None => Err(unknown_kind(name, kind_names())),
+    }
+}
+
+/// The names of all kinds.
+pub(super) fn kind_names() -> impl Iterator<Item = &'static str> + Clone {
+    KINDS.iter().map(|kind| kind.name)
+}
+
+/// The error about a kind that is none of those known.
+pub(super) fn unknown_kind(name: &str, known: impl Iterator<Item = &'static str> + Clone) -> KeyError {
+    let listed: Vec<String> = known.clone().map(|kind| format!("`{kind}`")).collect();
+    let hint = did_you_mean(name, known);
+    KeyError {
+        key: "surface",
+        problem: format!("there is no kind `{name}`{hint}; supported are {}", listed.join(", ")),
     }
 }
 
@@ -81,6 +94,11 @@ pub(super) struct SurfaceKeys {
     pub(super) kind: &'static Kind,
     /// The values of the kind's parameters, in their order; `None` for those not given.
     pub(super) values: Vec<Option<Value>>,
+}
+
+/// The keys of a mirror's or lens's material as they were given.
+#[derive(Clone, Debug)]
+pub(super) struct MaterialKeys {
     pub(super) tint: Option<[f64; 3]>,
     pub(super) ior: Option<f64>,
     pub(super) roughness: Option<f64>,
@@ -150,7 +168,9 @@ impl SurfaceKeys {
         };
         Ok(surface)
     }
+}
 
+impl MaterialKeys {
     /// The material: glass where there is an index of refraction, else a mirror.
     pub(super) fn material(&self, name: &str) -> Result<Material, KeyError> {
         let mut tint = Vec3::ONE;

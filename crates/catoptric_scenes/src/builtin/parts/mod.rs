@@ -2,5 +2,5 @@
 
 pub(super) mod kit;
 pub(super) mod lizard;
-pub(super) mod shapes;
-pub(super) mod textures;
+pub(crate) mod shapes;
+pub(crate) mod textures;

@@ -6,20 +6,20 @@ use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// A mesh without a place or a material.
-pub(in super::super) type Shape = SurfaceMesh;
+pub(crate) type Shape = SurfaceMesh;
 
 /// A vertex of a [`grid`].
-pub(in super::super) struct GridVertex {
-    pub(in super::super) position: Vec3,
-    pub(in super::super) normal: Vec3,
-    pub(in super::super) uv: Vec2,
+pub(crate) struct GridVertex {
+    pub(crate) position: Vec3,
+    pub(crate) normal: Vec3,
+    pub(crate) uv: Vec2,
 }
 
 /// A sheet of `columns` times `rows` cells with a vertex for every `(i, j)` of `0..=columns`, `0..=rows`.
 ///
 /// The outer side is that of (change with `i`) x (change with `j`). Triangles that have shrunk to a line, as at a
 /// pole, are left out.
-pub(in super::super) fn grid(columns: u32, rows: u32, vertex: impl Fn(u32, u32) -> GridVertex) -> Shape {
+pub(crate) fn grid(columns: u32, rows: u32, vertex: impl Fn(u32, u32) -> GridVertex) -> Shape {
     let mut shape = Shape::default();
     for j in 0..=rows {
         for i in 0..=columns {
@@ -45,7 +45,7 @@ pub(in super::super) fn grid(columns: u32, rows: u32, vertex: impl Fn(u32, u32) 
 }
 
 /// Adds the triangles of `other`.
-pub(in super::super) fn append(shape: &mut Shape, other: &Shape) {
+pub(crate) fn append(shape: &mut Shape, other: &Shape) {
     let offset = shape.positions.len() as u32;
     shape.positions.extend_from_slice(&other.positions);
     shape.normals.extend_from_slice(&other.normals);
@@ -55,7 +55,7 @@ pub(in super::super) fn append(shape: &mut Shape, other: &Shape) {
 
 /// A flat rectangle from `corner` along `right` and `up`, seen upright from the side of `right x up`; a texture
 /// covers `tile` scene units.
-pub(in super::super) fn rectangle(corner: Vec3, right: Vec3, up: Vec3, cells: [u32; 2], tile: Vec2) -> Shape {
+pub(crate) fn rectangle(corner: Vec3, right: Vec3, up: Vec3, cells: [u32; 2], tile: Vec2) -> Shape {
     let normal = right.cross(up).normalize_or(Vec3::Y);
     let repeats = Vec2::new(right.length(), up.length()) / tile;
     grid(cells[0], cells[1], |i, j| {
@@ -86,7 +86,7 @@ pub(in super::super) fn cuboid(half: Vec3, cells: u32) -> Shape {
 }
 
 /// A sphere about the origin with `rings` rings and twice as many segments.
-pub(in super::super) fn sphere(radius: f32, rings: u32) -> Shape {
+pub(crate) fn sphere(radius: f32, rings: u32) -> Shape {
     sphere_mesh(radius, rings, rings * 2)
 }
 
@@ -101,17 +101,17 @@ pub(in super::super) fn ellipsoid(radii: Vec3, rings: u32) -> Shape {
 
 /// A point of the profile of a surface of revolution about y.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct ProfilePoint {
+pub(crate) struct ProfilePoint {
     /// Distance from the axis.
-    pub(in super::super) radius: f32,
+    pub(crate) radius: f32,
     /// Height.
-    pub(in super::super) y: f32,
+    pub(crate) y: f32,
     /// Direction of the profile (radius, y) here; the outer side is to its right, that is outside when it rises.
-    pub(in super::super) direction: Vec2,
+    pub(crate) direction: Vec2,
 }
 
 /// The surface that a profile sweeps out about the y axis, in `segments` steps.
-pub(in super::super) fn revolution(profile: &[ProfilePoint], segments: u32) -> Shape {
+pub(crate) fn revolution(profile: &[ProfilePoint], segments: u32) -> Shape {
     let Some(last) = profile.len().checked_sub(1) else { return Shape::default() };
     grid(last as u32, segments, |i, j| {
         let point = &profile[i as usize];

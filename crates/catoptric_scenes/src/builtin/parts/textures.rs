@@ -121,7 +121,7 @@ fn wear(seed: u64, cells: u32, p: Vec2) -> f32 {
 }
 
 /// A checkerboard of `cells` times `cells` squares.
-pub(in super::super) fn checker(name: &str, cells: u32, a: Vec3, b: Vec3) -> Texture {
+pub(crate) fn checker(name: &str, cells: u32, a: Vec3, b: Vec3) -> Texture {
     paint(name, 256, |p| {
         let cell = (p * cells as f32).as_ivec2();
         if (cell.x + cell.y) & 1 == 0 { a } else { b }

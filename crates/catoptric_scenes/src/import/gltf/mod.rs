@@ -144,12 +144,13 @@ impl<'r, 's> Importer<'r, 's> {
         };
         let owner = format!("nodes[{index}]");
         let keys = nodes::surface_keys(source, &owner, &entry.extras)?.map(|keys| (owner, keys)).or(of_mesh);
-        if let Some((owner, keys)) = keys {
+        if let Some((owner, (surface, look))) = keys {
             if entry.extensions.contains_key("EXT_mesh_gpu_instancing") {
                 source.warn(format!("nodes[{index}]: its analytic surface is placed once, without the instances"));
             }
             let primitive = mesh.and_then(|(_, mesh)| mesh.primitives.first());
-            return Ok(Some((index, AnalyticPlan { owner, keys, material: primitive.and_then(|p| p.material) })));
+            let material = primitive.and_then(|p| p.material);
+            return Ok(Some((index, AnalyticPlan { owner, surface, look, material })));
         }
         let Some((mesh, _)) = mesh else { return Ok(None) };
         if let Some(instances) = nodes::instances(source, index)? {
@@ -220,12 +221,12 @@ impl<'r, 's> Importer<'r, 's> {
         let source = self.source;
         let owner = format!("{}.extras.catoptric", plan.owner);
         let wrong = |error| nodes::key_error(source, &owner, &error);
-        let surface = plan.keys.surface().map_err(wrong)?;
-        let own = plan.keys.material(&source.document.nodes[index].name).map_err(wrong)?;
+        let surface = plan.surface.surface().map_err(wrong)?;
+        let own = plan.look.material(&source.document.nodes[index].name).map_err(wrong)?;
         // The triangles' material goes on being used unless the extras name the surface's own.
         let material = match plan.material {
-            Some(material) if plan.keys.tint.is_none() && plan.keys.ior.is_none() => {
-                match (own.blend, plan.keys.blend.any()) {
+            Some(material) if plan.look.tint.is_none() && plan.look.ior.is_none() => {
+                match (own.blend, plan.look.blend.any()) {
                     (Some(_), Some(key)) if self.model.materials[material].role != Role::Reflector => {
                         let problem = "is for mirrors, but the material is none: add a `tint`, which makes it one";
                         return Err(source.invalid(format!("{owner}.{key}"), problem));
@@ -243,10 +244,10 @@ impl<'r, 's> Importer<'r, 's> {
                 self.model.materials.len() - 1
             }
         };
-        if plan.keys.inside && self.model.materials[material].role == Role::Lens {
+        if plan.look.inside && self.model.materials[material].role == Role::Lens {
             return Err(source.invalid(format!("{owner}.inside"), "is for mirrors, but the material is a lens"));
         }
-        Ok(AnalyticAsset { surface, material, inside: plan.keys.inside })
+        Ok(AnalyticAsset { surface, material, inside: plan.look.inside })
     }
 }
 
@@ -254,7 +255,8 @@ impl<'r, 's> Importer<'r, 's> {
 struct AnalyticPlan {
     /// The node or mesh whose extras name it.
     owner: String,
-    keys: super::analytic::SurfaceKeys,
+    surface: super::analytic::SurfaceKeys,
+    look: super::analytic::MaterialKeys,
     /// The material of the triangles that it replaces.
     material: Option<usize>,
 }

@@ -1,6 +1,6 @@
 //! The tree of nodes with their surfaces, cameras, lights, instances and skins.
 
-use super::super::analytic::{self, Form, SurfaceKeys, Value as Given};
+use super::super::analytic::{self, Form, MaterialKeys, SurfaceKeys, Value as Given};
 use super::super::blend::{AttenuationKeys, BlendKeys};
 use super::super::key_error::KeyError;
 use super::schema;
@@ -239,7 +239,7 @@ pub(super) fn surface_keys(
     source: &Source<'_>,
     owner: &str,
     extras: &Value,
-) -> Result<Option<SurfaceKeys>, SceneError> {
+) -> Result<Option<(SurfaceKeys, MaterialKeys)>, SceneError> {
     let Some(value) = extras.get("catoptric") else { return Ok(None) };
     let field = format!("{owner}.extras.catoptric");
     let Value::Object(mut keys) = value.clone() else {
@@ -282,7 +282,7 @@ pub(super) fn surface_keys(
     }
     let (tint, ior, inside) = (tint.transpose()?, ior.transpose()?, inside.transpose()?.unwrap_or(false));
     let roughness = roughness.transpose()?;
-    Ok(Some(SurfaceKeys { kind, values, tint, ior, roughness, inside, blend }))
+    Ok(Some((SurfaceKeys { kind, values }, MaterialKeys { tint, ior, roughness, inside, blend })))
 }
 
 /// Takes the keys of a mirror's blend.

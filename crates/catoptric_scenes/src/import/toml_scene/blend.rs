@@ -2,8 +2,7 @@
 
 use super::super::blend::{AttenuationKeys, BlendKeys};
 use super::super::key_error::KeyError;
-use super::Lines;
-use super::keys::{Keys, Text};
+use super::keys::{Keys, Lines, Text};
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::roles::BlendRule;
 
@@ -47,7 +46,7 @@ pub(super) fn take(table: &mut Keys<'_, '_>) -> Result<(BlendKeys, Begins), Scen
 pub(super) fn explain(text: Text<'_>, table: &Keys<'_, '_>, begins: &Begins, error: KeyError) -> SceneError {
     match begins.iter().find(|(key, _)| *key == error.key) {
         Some((_, Some(begin))) => text.invalid(*begin, &table.field(error.key), error.problem),
-        _ => table.invalid(error.key, error.problem),
+        _ => table.missing(error.key, error.problem),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a file changes by name: the tables `[move]` and `[material."NAME or glob"]`.
 
-use super::keys::{Keys, Located, Text};
-use super::{Lines, point};
+use super::keys::{Keys, Lines, Located, Text};
+use super::places::point;
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::edits::{Look, LookRule, MoveRule};
 use glam::Vec3;

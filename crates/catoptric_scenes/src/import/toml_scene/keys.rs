@@ -34,7 +34,8 @@ pub(super) struct Keys<'t, 'i> {
     /// The start of the table.
     begin: usize,
     entries: Vec<(String, usize, &'t Spanned<DeValue<'i>>)>,
-    known: Vec<&'static str>,
+    /// The keys that were asked for, with their places if they were given.
+    known: Vec<(&'static str, Option<usize>)>,
 }
 
 impl<'t, 'i> Keys<'t, 'i> {
@@ -68,16 +69,40 @@ impl<'t, 'i> Keys<'t, 'i> {
         self.text.invalid(self.begin, &self.field(key), problem)
     }
 
-    fn wrong(&self, key: &str, byte: usize, problem: impl Into<String>) -> SceneError {
+    /// The error about a key that is missing; if another one that nobody knows is like it, that one is at fault.
+    pub(super) fn missing(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        let hints = self.entries.iter().map(|(name, begin, _)| (name, *begin, did_you_mean(name, [key])));
+        match hints
+            .filter(|(name, _, hint)| !hint.is_empty() && self.known.iter().all(|(known, _)| known != name))
+            .min()
+        {
+            Some((name, begin, hint)) => self.wrong(name, begin, format!("unknown key{hint}")),
+            None => self.invalid(key, problem),
+        }
+    }
+
+    /// An error about a key at its place.
+    pub(super) fn wrong(&self, key: &str, byte: usize, problem: impl Into<String>) -> SceneError {
         self.text.invalid(byte, &self.field(key), problem)
+    }
+
+    /// An error about a key, at its place if it was taken, else the table's.
+    pub(super) fn blame(&self, key: &str, problem: impl Into<String>) -> SceneError {
+        let begin = self.known.iter().find(|(known, _)| *known == key).and_then(|(_, begin)| *begin);
+        self.wrong(key, begin.unwrap_or(self.begin), problem)
+    }
+
+    /// Returns true if a key is given, and not taken yet.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.entries.iter().any(|(name, ..)| name == key)
     }
 
     /// Takes a key's value as it stands, and where it stands.
     pub(super) fn take(&mut self, key: &'static str) -> Option<(usize, &'t Spanned<DeValue<'i>>)> {
-        self.known.push(key);
-        let index = self.entries.iter().position(|(name, ..)| name == key)?;
-        let (_, begin, value) = self.entries.swap_remove(index);
-        Some((begin, value))
+        let found = self.entries.iter().position(|(name, ..)| name == key);
+        let found = found.map(|index| self.entries.swap_remove(index));
+        self.known.push((key, found.as_ref().map(|(_, begin, _)| *begin)));
+        found.map(|(_, begin, value)| (begin, value))
     }
 
     pub(super) fn string(&mut self, key: &'static str) -> Result<Option<Located<String>>, SceneError> {
@@ -127,6 +152,20 @@ impl<'t, 'i> Keys<'t, 'i> {
         }
     }
 
+    /// A finite number, or up to so many in brackets.
+    pub(super) fn one_or_more(
+        &mut self,
+        key: &'static str,
+        most: usize,
+    ) -> Result<Option<Located<Vec<f64>>>, SceneError> {
+        let Some((begin, value)) = self.take(key) else { return Ok(None) };
+        let list = number_of(value.get_ref()).map(|number| vec![number]).or_else(|| list_of(value));
+        match list.filter(|numbers| (1..=most).contains(&numbers.len())) {
+            Some(value) => Ok(Some(Located { begin, value })),
+            None => Err(self.wrong(key, begin, format!("must be a finite number, or up to {most} in brackets"))),
+        }
+    }
+
     /// `N` finite numbers that a value is.
     pub(super) fn numbers_of<const N: usize>(value: &Spanned<DeValue<'_>>) -> Option<[f64; N]> {
         list_of(value)?.try_into().ok()
@@ -138,6 +177,14 @@ impl<'t, 'i> Keys<'t, 'i> {
         self.take(key).map(|(_, value)| Self::of_value(self.text, &name, value)).transpose()
     }
 
+    /// The tables `[[key]]`.
+    pub(super) fn tables(&mut self, key: &'static str) -> Result<Vec<Keys<'t, 'i>>, SceneError> {
+        let Some((begin, value)) = self.take(key) else { return Ok(Vec::new()) };
+        let wrong = || self.text.invalid(begin, key, format!("must be written as [[{key}]], once for each"));
+        let list = value.get_ref().as_array().ok_or_else(wrong)?;
+        list.iter().map(|entry| Self::of_value(self.text, key, entry)).collect()
+    }
+
     /// All keys that are left, with the places of their names, in the order of the file.
     pub(super) fn rest(mut self) -> Vec<(String, usize, &'t Spanned<DeValue<'i>>)> {
         self.entries.sort_by_key(|(_, begin, _)| *begin);
@@ -146,8 +193,9 @@ impl<'t, 'i> Keys<'t, 'i> {
 
     /// Ends the table: every key that was not taken is unknown.
     pub(super) fn finish(self) -> Result<(), SceneError> {
-        let known = self.known.join(", ");
-        let (text, prefix, names) = (self.text, self.prefix.clone(), self.known.clone());
+        let names: Vec<&str> = self.known.iter().map(|(name, _)| *name).collect();
+        let known = names.join(", ");
+        let (text, prefix) = (self.text, self.prefix.clone());
         match self.rest().first() {
             Some((key, begin, _)) => {
                 let hint = did_you_mean(key, names);

@@ -1,7 +1,7 @@
 //! One `[[light]]` of a scene file: the kinds, units and names of KHR_lights_punctual.
 
 use super::keys::{Keys, Located, Text};
-use super::{direction, point};
+use super::places::{direction, point};
 use catoptric_core::error::SceneError;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::LightKind;
@@ -19,7 +19,7 @@ pub(super) fn read(source: Text<'_>, mut table: Keys<'_, '_>) -> Result<Node, Sc
     let inner = table.number("inner_angle_deg")?;
     let outer = table.number("outer_angle_deg")?;
     let kinds = "allowed are `directional`, `point` and `spot`";
-    let kind = kind.ok_or_else(|| table.invalid("kind", format!("missing; {kinds}")))?;
+    let kind = kind.ok_or_else(|| table.missing("kind", format!("missing; {kinds}")))?;
     // The keys of each kind: position, direction, range, angles.
     let (placed, aimed) = match kind.value.as_str() {
         "directional" => (false, true),
@@ -40,7 +40,7 @@ pub(super) fn read(source: Text<'_>, mut table: Keys<'_, '_>) -> Result<Node, Sc
             return Err(source.invalid(begin, &format!("light.{key}"), format!("a {} light has none", kind.value)));
         }
     }
-    let needs = |key: &str| table.invalid(key, format!("missing; a {} light needs it", kind.value));
+    let needs = |key: &str| table.missing(key, format!("missing; a {} light needs it", kind.value));
     let position = match position {
         Some(at) => point(source, "light.position", at)?,
         None if placed => return Err(needs("position")),

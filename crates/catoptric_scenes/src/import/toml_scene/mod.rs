@@ -1,24 +1,32 @@
 //! The project's own scenes: `.toml` files that name glTF files, analytic reflectors, roles, blends and settings.
 
 mod blend;
+mod copies;
 mod edits;
 mod environment;
+mod files;
 mod keys;
 mod light;
+mod object;
+mod optics;
+mod places;
 mod reflector;
+mod solid;
 
 use super::LoadOptions;
 use super::environment::EnvironmentEdit;
-use super::files::{self, MAX_SCENE_BYTES, Resolver};
+use super::files::{self as disk, MAX_SCENE_BYTES, Resolver};
 use crate::builtin;
 use crate::studio::named_environment;
 use catoptric_core::error::SceneError;
 use catoptric_core::math::Aabb;
-use catoptric_core::scene::model::{AnalyticAsset, CameraAsset, Model, Node};
+use catoptric_core::scene::model::{CameraAsset, Model};
 use catoptric_core::scene::roles::RoleRule;
 use catoptric_core::scene::{Camera, Environment, Role};
+use files::ObjectFiles;
 use glam::Vec3;
 use keys::{Keys, Lines, Located, Text};
+use places::{direction, point};
 use std::path::Path;
 use std::sync::Arc;
 use toml::de::DeTable;
@@ -38,6 +46,8 @@ pub struct SceneFile {
     pub environment_edit: EnvironmentEdit,
     /// Everything that stands in the file itself: reflectors, lights, camera, roles, blends, region and settings.
     pub model: Model,
+    /// Pictures and meshes of objects.
+    files: ObjectFiles,
 }
 
 /// Files that are the base of each other, at most.
@@ -57,7 +67,7 @@ pub(super) fn load_with(path: &Path, options: LoadOptions<'_>) -> Result<Model, 
 }
 
 fn load_nested(path: &Path, depth: u32, options: LoadOptions<'_>) -> Result<Model, SceneError> {
-    let file = parse(&path.display().to_string(), &files::read_text(path, MAX_SCENE_BYTES)?)?;
+    let file = parse(&path.display().to_string(), &disk::read_text(path, MAX_SCENE_BYTES)?)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let gltf = |name: &str, variant: Option<&str>| {
         super::load_as_it_stands(&folder.join(name), LoadOptions { variant, ..options })
@@ -67,7 +77,8 @@ fn load_nested(path: &Path, depth: u32, options: LoadOptions<'_>) -> Result<Mode
         _ => super::finished(gltf(name, variant)?),
     };
     let environment = |name: &str, warnings: &mut Vec<String>| super::load_environment(&folder.join(name), warnings);
-    complete(file, (depth, options.variant), &base, &gltf, &environment)
+    let bytes = |name: &str| disk::read(&folder.join(name), MAX_SCENE_BYTES);
+    complete(file, (depth, options.variant), (&base, &gltf), &environment, &bytes)
 }
 
 /// Reads a scene file from memory; `name` is for messages, `resolver` finds the files that it names.
@@ -84,7 +95,7 @@ fn nested_from(
     resolver: &dyn Resolver,
     (depth, wanted): (u32, Option<&str>),
 ) -> Result<Model, SceneError> {
-    let file = parse(name, files::text(name, bytes)?)?;
+    let file = parse(name, disk::text(name, bytes)?)?;
     let base = |name: &str, variant: Option<&str>| {
         let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
         let (bytes, within) = (resolver.read(name, MAX_SCENE_BYTES)?, Within { folder, resolver });
@@ -96,7 +107,8 @@ fn nested_from(
     let environment = |name: &str, warnings: &mut Vec<String>| {
         super::environment_from(name, &resolver.read(name, MAX_SCENE_BYTES)?, warnings)
     };
-    complete(file, (depth, wanted), &base, &base, &environment)
+    let bytes = |name: &str| resolver.read(name, MAX_SCENE_BYTES);
+    complete(file, (depth, wanted), (&base, &base), &environment, &bytes)
 }
 
 /// A folder among the files that another resolver finds.
@@ -124,13 +136,21 @@ type LoadEnvironment<'a> = &'a dyn Fn(&str, &mut Vec<String>) -> Result<Environm
 fn complete(
     file: SceneFile,
     (depth, wanted): (u32, Option<&str>),
-    base: LoadModel<'_>,
-    gltf: LoadModel<'_>,
+    (base, gltf): (LoadModel<'_>, LoadModel<'_>),
     environment: LoadEnvironment<'_>,
+    bytes: &dyn Fn(&str) -> Result<Vec<u8>, SceneError>,
 ) -> Result<Model, SceneError> {
-    let SceneFile { base: base_name, gltf: names, environment: light, variant: own, environment_edit, mut model } =
-        file;
+    let SceneFile {
+        base: base_name,
+        gltf: names,
+        environment: light,
+        variant: own,
+        environment_edit,
+        mut model,
+        files: of_objects,
+    } = file;
     let variant = wanted.or(own.as_deref());
+    of_objects.add_to(&mut model, bytes, &|name| gltf(name, variant))?;
     for (index, name) in names.iter().enumerate() {
         let loaded =
             gltf(name, variant).map_err(|error| model.invalid(&format!("gltf[{index}]"), error.to_string()))?;
@@ -191,7 +211,12 @@ pub fn parse(name: &str, text: &str) -> Result<SceneFile, SceneError> {
     scene.environment = environment::read(source, &mut keys, lines)?;
     scene.environment_edit = environment::read_edit(source, &mut keys, lines)?;
     scene.model.cameras.extend(read_camera(source, &mut keys)?);
-    read_reflectors(source, &mut keys, &mut scene.model)?;
+    for (index, table) in keys.tables("reflector")?.into_iter().enumerate() {
+        reflector::read(source, table, index, &mut scene.model)?;
+    }
+    for (index, table) in keys.tables("object")?.into_iter().enumerate() {
+        object::read(source, table, index, (&mut scene.model, &mut scene.files))?;
+    }
     read_lights(source, &mut keys, &mut scene.model)?;
     scene.model.roles = read_roles(source, &mut keys, &mut scene.model.lines)?;
     scene.model.blends = blend::read_rules(source, &mut keys, &mut scene.model.lines)?;
@@ -225,7 +250,7 @@ fn read_camera(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<Camer
     let target = table.numbers("target")?;
     let up = table.numbers("up")?;
     let fov_deg = table.number("fov_deg")?;
-    let missing = |key: &str| table.invalid(key, "missing; a camera needs `eye` and `target`");
+    let missing = |key: &str| table.missing(key, "missing; a camera needs `eye` and `target`");
     let eye = eye.ok_or_else(|| missing("eye"))?;
     let target = target.ok_or_else(|| missing("target"))?;
     let fov_deg = match fov_deg {
@@ -254,67 +279,9 @@ fn read_camera(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<Camer
     }))
 }
 
-/// A point within the limits of scene files.
-fn exact_point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<glam::DVec3, SceneError> {
-    let limit = super::key_error::MAX_LENGTH;
-    if at.value.iter().any(|number| number.abs() > limit) {
-        return Err(source.invalid(
-            at.begin,
-            field,
-            format!("{:?}; allowed is up to {limit:e} from the origin", at.value),
-        ));
-    }
-    Ok(glam::DVec3::from(at.value))
-}
-
-/// The same in single precision.
-fn point(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
-    Ok(exact_point(source, field, at)?.as_vec3())
-}
-
-/// A direction of unit length.
-fn exact_direction(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<glam::DVec3, SceneError> {
-    let vector = glam::DVec3::from(at.value).try_normalize();
-    vector.ok_or_else(|| source.invalid(at.begin, field, "must not be zero"))
-}
-
-/// The same in single precision.
-fn direction(source: Text<'_>, field: &str, at: Located<[f64; 3]>) -> Result<Vec3, SceneError> {
-    Ok(exact_direction(source, field, at)?.as_vec3())
-}
-
-fn read_reflectors(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> Result<(), SceneError> {
-    let Some((begin, value)) = keys.take("reflector") else { return Ok(()) };
-    let wrong = "must be written as [[reflector]], once for each";
-    let list = value.get_ref().as_array().ok_or_else(|| source.invalid(begin, "reflector", wrong))?;
-    for (index, entry) in list.iter().enumerate() {
-        let table = Keys::of_value(source, "reflector", entry)?;
-        let reflector = reflector::read(source, table, index)?;
-        if let Some(other) = model.nodes.iter().find(|node| node.name == reflector.name) {
-            let problem = format!("there is a reflector `{}` already", other.name);
-            return Err(source.invalid(entry.span().start, "reflector.name", problem));
-        }
-        model.materials.push(reflector.material);
-        model.nodes.push(Node {
-            name: reflector.name,
-            local: reflector.place,
-            analytic: Some(AnalyticAsset {
-                surface: reflector.surface,
-                material: model.materials.len() - 1,
-                inside: reflector.inside,
-            }),
-            ..Node::default()
-        });
-    }
-    Ok(())
-}
-
 fn read_lights(source: Text<'_>, keys: &mut Keys<'_, '_>, model: &mut Model) -> Result<(), SceneError> {
-    let Some((begin, value)) = keys.take("light") else { return Ok(()) };
-    let wrong = "must be written as [[light]], once for each";
-    let list = value.get_ref().as_array().ok_or_else(|| source.invalid(begin, "light", wrong))?;
-    for entry in list.iter() {
-        model.nodes.push(light::read(source, Keys::of_value(source, "light", entry)?)?);
+    for table in keys.tables("light")? {
+        model.nodes.push(light::read(source, table)?);
     }
     Ok(())
 }
@@ -340,7 +307,7 @@ fn read_roles(source: Text<'_>, keys: &mut Keys<'_, '_>, lines: &mut Lines) -> R
 fn read_region(source: Text<'_>, keys: &mut Keys<'_, '_>) -> Result<Option<Aabb>, SceneError> {
     let Some(mut table) = keys.table("region")? else { return Ok(None) };
     let (min, max) = (table.numbers("min")?, table.numbers("max")?);
-    let missing = |key: &str| table.invalid(key, "missing; a region needs `min` and `max`");
+    let missing = |key: &str| table.missing(key, "missing; a region needs `min` and `max`");
     let min = min.ok_or_else(|| missing("min"))?;
     let max = max.ok_or_else(|| missing("max"))?;
     let region = Aabb { min: point(source, "region.min", min)?, max: point(source, "region.max", max)? };
