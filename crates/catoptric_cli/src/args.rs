@@ -4,6 +4,7 @@ mod pictures;
 mod scene;
 mod sequence;
 mod submit;
+mod tips;
 mod tools;
 mod variables;
 
@@ -13,6 +14,7 @@ pub(crate) use sequence::{Sequence, turn_about};
 pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
 pub(crate) use submit::Engine;
+pub(crate) use tips::with_tip;
 pub(crate) use tools::{DiffArgs, ExplainArgs, JsonArgs, ViewerArgs};
 pub(crate) use variables::{from_variables, name_variable, with_variables};
 
@@ -99,13 +101,17 @@ pub(crate) enum Command {
         catoptric project room.glb --camera 0 --size 640x480 --order 2 --jacobian \\\n      \
         --points points.npy -o paths.npy\n  \
         catoptric project room.toml --points - -o - <points.csv | gzip >paths.csv.gz\n\n\
-        Points: a CSV file whose header names x, y and z (other columns are ignored), or an NPY array of N x 3 f4 or \
-        f8 numbers in C order; scene units. Every coordinate must be a finite number of at most 1e12, else the row \
+        Points: a table whose header names x, y and z (other columns are ignored), or of three numbers a row without \
+        a header, separated by commas, semicolons, tabs or blanks, with # before comments; or an NPY array of N x 3 \
+        floats or whole numbers. Scene units. Every coordinate must be a finite number of at most 1e12, else the row \
         is named.\n\n\
         Output: a row a path, by point and path length, with the columns point (from 0), kinds (R or T a bounce), \
         path, focal_index, path_length (optical), residual, image_x, image_y (of the first bounce), x1, y1, z1, x2, \
         ... and, with --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a \
-        structured NPY array (absent values are NaN there). Points with infinitely many paths have no row. Only \
+        structured NPY array (absent values are NaN there). image_x and image_y are in pixels from the upper left \
+        corner of the picture, y downwards: the middle of the first pixel is 0.5, 0.5. focal_index counts the focal \
+        points that light passes on the path. A `>` in a name is written `\\>`; names that begin as formulas do have \
+        an apostrophe before them in CSV. Points with infinitely many paths have no row. Only \
         reflectors and lenses block.")]
     Project(Box<ProjectArgs>),
     /// Precompute what a method looks up, in units that survive interruptions
@@ -175,7 +181,8 @@ pub(crate) struct DrawArgs {
     #[arg(long, help_heading = "Scene")]
     pub(crate) strict: bool,
     /// Antialiasing samples a pixel
-    #[arg(long, value_name = "N", default_value = "4", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, alias = "spp", value_name = "N", default_value = "4")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
     /// Highest number of reflections and refractions on a path, 0 to 16; what lies beyond is black. `auto`: what the
     /// scene needs, 2 to 8
@@ -190,7 +197,8 @@ pub(crate) struct DrawArgs {
     /// The GPU, by a part of its name (`catoptric doctor` lists them) [default: the best]
     #[arg(long, value_name = "NAME")]
     pub(crate) adapter: Option<String>,
-    /// Time a frame may take in milliseconds; what is not done by then is drawn by `auto` and counted [default: none]
+    /// Time a frame may take in milliseconds, of any method but `auto`: what is not done by then is drawn by that, and
+    /// counted [default: none]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=3_600_000))]
     pub(crate) budget_ms: Option<u32>,
     /// A merged bake for the method (repeat)
@@ -254,8 +262,8 @@ pub(crate) struct RenderArgs {
     pub(crate) draw: DrawArgs,
     #[command(flatten)]
     pub(crate) sequence: SequenceArgs,
-    /// The method; `catoptric methods` lists them
-    #[arg(long, value_name = "ID", default_value = "auto", help_heading = "Method", display_order = 0)]
+    /// The method, with settings after a colon if wanted; `catoptric methods` lists them
+    #[arg(long, value_name = "ID[:KEY=VALUE,...]", default_value = "auto", help_heading = "Method", display_order = 0)]
     pub(crate) method: String,
     /// A setting of the method, over the scene's own (repeat)
     #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
@@ -536,7 +544,8 @@ pub(crate) struct ProjectArgs {
     /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", help_heading = "Scene", display_order = 0)]
     pub(crate) scene: PathBuf,
-    /// Limit paths to reflectors and lenses of this node or material name; others still block (repeat) [default: all]
+    /// Limit paths to reflectors and lenses of this node or material name; others still block. What is neither is made
+    /// a mirror, as in `render` (repeat) [default: all]
     #[arg(long, value_name = "NAME or GLOB", help_heading = "Scene", display_order = 1)]
     pub(crate) reflector: Vec<String>,
     /// Position of the eye [default: the camera's eye]

@@ -16,7 +16,7 @@ use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
 use catoptric_bake::Shelf;
 use clap::ArgMatches;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 use std::f32::consts::TAU;
 use std::ops::ControlFlow;
@@ -445,9 +445,10 @@ impl Drawing {
 
 /// The camera that the options name.
 pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> {
-    if let (Some(eye), Some(target)) = (args.eye, args.target) {
+    if let Some(eye) = args.eye {
         let up = args.up.unwrap_or(Vec3::Y);
-        let [eye, target] = [eye, target].map(|point| (point - scene.origin).as_vec3());
+        let about_origin = |point: DVec3| (point - scene.origin).as_vec3();
+        let (eye, target) = (about_origin(eye), args.target.map_or(scene.bounds.center(), about_origin));
         return Ok(Camera::look_at("command line", eye, target, up, args.fov.unwrap_or(DEFAULT_FOV_DEG)));
     }
     let [width, height] = args.size;

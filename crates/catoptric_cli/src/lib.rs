@@ -15,7 +15,7 @@ mod settings;
 mod stats;
 mod terminal;
 
-use args::{Cli, Command, Global, from_variables, name_variable, with_variables};
+use args::{Cli, Command, Global, from_variables, name_variable, with_tip, with_variables};
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use failure::{Failure, Output, text, written};
 use std::ffi::OsString;
@@ -49,7 +49,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> ExitCode {
 
 /// Prints the command line's help or fault.
 fn explain(message: &clap::Error) -> ExitCode {
-    let words = name_variable(message).unwrap_or_else(|| message.to_string());
+    let words = name_variable(message).or_else(|| with_tip(message)).unwrap_or_else(|| message.to_string());
     let plain = text::some_lines(&in_words(&words));
     if message.use_stderr() && plain != message.to_string() {
         failure::say(plain.trim_end());

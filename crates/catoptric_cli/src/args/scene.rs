@@ -15,8 +15,8 @@ pub(crate) struct SceneArgs {
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) environment: EnvironmentArgs,
-    /// Make objects of this node or material name mirrors (repeat; later roles win)
-    #[arg(long, value_name = "GLOB")]
+    /// Make objects of this node or material name mirrors (repeat; of several roles of an object the last holds)
+    #[arg(long, alias = "mirror", value_name = "GLOB")]
     pub(crate) reflector: Vec<String>,
     /// Shadows of the file's lights and of the environment, and the light of surfaces that emit it
     #[arg(long, value_enum, default_value = "on")]
@@ -32,7 +32,8 @@ pub(crate) struct EnvironmentArgs {
     /// Light from infinity: `studio`, `sky` (clear, with the sun), or an equirectangular picture: .hdr, .exr (also cube
     /// maps), or 8-bit .png, .jpg, .webp [default: the scene's; a studio for glTF and OBJ files without light that have
     /// mirrors or glass]
-    #[arg(long, value_name = "NAME or FILE", value_parser = parse::file(), display_order = 1)]
+    #[arg(long, aliases = ["hdri", "hdr", "env"], value_name = "NAME or FILE", value_parser = parse::file())]
+    #[arg(display_order = 1)]
     pub(crate) environment: Option<PathBuf>,
     /// Turn the environment about the vertical axis y, counter-clockwise seen from above, in degrees
     #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, display_order = 1)]
@@ -55,10 +56,10 @@ pub(crate) enum ThinGlass {
 #[derive(Args)]
 #[command(next_help_heading = "Scene")]
 pub(crate) struct PoseArgs {
-    /// Make objects of this node or material name glass (repeat; later roles win)
-    #[arg(long, value_name = "GLOB[:IOR]")]
+    /// Make objects of this node or material name glass (repeat; of several roles of an object the last holds)
+    #[arg(long, alias = "glass", value_name = "GLOB[:IOR]")]
     pub(crate) lens: Vec<String>,
-    /// Make objects of this node or material name diffuse (repeat; later roles win)
+    /// Make objects of this node or material name diffuse (repeat; of several roles of an object the last holds)
     #[arg(long, value_name = "GLOB")]
     pub(crate) diffuse: Vec<String>,
     /// Time in the file's animations, seconds; before their first keys and after their last ones they hold
@@ -86,9 +87,9 @@ pub(crate) struct ViewArgs {
     pub(crate) camera: Option<String>,
     /// Position of the eye
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector)]
-    #[arg(allow_hyphen_values = true, requires = "target")]
+    #[arg(allow_hyphen_values = true)]
     pub(crate) eye: Option<DVec3>,
-    /// Point that the eye looks at
+    /// Point that the eye looks at [default with --eye: the middle of the scene]
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true, requires = "eye")]
     pub(crate) target: Option<DVec3>,
     /// Upward direction [default: 0,1,0]

@@ -74,7 +74,13 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     args.output.path().map_or(Ok(()), files::check_writable)?;
     let mut points = Points::open(&args.points)?;
     let model = model(args, terminal)?;
-    let scene = Arc::new(scene_source::pose(&model, args.pose.time, &roles, Shadows::Off, None, &Silent)?);
+    let pose = |roles: &[RoleRule]| scene_source::pose(&model, args.pose.time, roles, Shadows::Off, None, &Silent);
+    let mut scene = pose(&roles)?;
+    let mirrors = made_mirrors(&scene, &args.reflector)?;
+    if !mirrors.is_empty() {
+        scene = pose(&[roles, mirrors].concat())?;
+    }
+    let scene = Arc::new(scene);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;
 
@@ -150,12 +156,28 @@ fn model(args: &ProjectArgs, terminal: &Terminal) -> Result<Model, Failure> {
     Ok(model)
 }
 
+/// The rules that make mirrors of what patterns name and is no reflector or lens.
+fn made_mirrors(scene: &Scene, patterns: &[String]) -> Result<Vec<RoleRule>, Failure> {
+    let mut rules = Vec::new();
+    for pattern in patterns {
+        let rule = RoleRule::new(pattern, Role::Reflector, None)
+            .map_err(|error| Failure::usage(format!("--reflector: {error}")))?;
+        let matches =
+            |object: &u32| rule.matches(&scene.objects[*object as usize].name, &scene.material_of(*object).name);
+        let mut found = (0..scene.objects.len() as u32).filter(matches).peekable();
+        if found.peek().is_some() && !found.any(|object| scene.role_of(object).is_specular()) {
+            rules.push(rule);
+        }
+    }
+    Ok(rules)
+}
+
 /// The reflectors and lenses that paths may touch.
 fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
     let specular = scene.specular_objects();
     let name = |object: &u32| scene.objects[*object as usize].name.as_str();
     if specular.is_empty() {
-        let remedy = "name some by --lens, or by [role] in a scene file";
+        let remedy = "name some by --reflector or --lens, or by [role] in a scene file";
         return Err(Failure::input(format!("{}: no object is a reflector or lens: {remedy}", scene.name)));
     }
     let mut wanted = vec![patterns.is_empty(); scene.objects.len()];
@@ -168,15 +190,11 @@ fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
             let mut names: Vec<&str> = specular.iter().map(name).collect();
             names.dedup();
             let hint = did_you_mean(pattern, names.iter().copied());
-            let problem = if (0..scene.objects.len() as u32).any(|object| matches(&object)) {
-                "is diffuse"
-            } else {
-                "matches no object or material"
-            };
             let known = names.join(", ");
-            let problem =
-                format!("{}: --reflector {pattern}: {problem}{hint}; reflectors and lenses are: {known}", scene.name);
-            return Err(Failure::input(problem));
+            return Err(Failure::input(format!(
+                "{}: --reflector {pattern}: matches no object or material{hint}; reflectors and lenses are: {known}",
+                scene.name
+            )));
         }
         for object in found {
             wanted[object as usize] = true;

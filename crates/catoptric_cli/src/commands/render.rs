@@ -26,8 +26,13 @@ use plan::Plan;
 use std::io::{self, IsTerminal, Write};
 
 pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
-    let method = methods::find(&args.method).map_err(Failure::usage)?;
+    let (id, variant) = args.method.split_once(':').map_or((args.method.as_str(), None), |(id, it)| (id, Some(it)));
+    let method = methods::find(id).map_err(Failure::usage)?;
     check_samples(args.draw.samples, method)?;
+    if args.draw.budget_ms.is_some() && id == "auto" {
+        let problem = "`auto` draws what other methods leave when their time is up, and has no budget itself";
+        return Err(Failure::usage(format!("--budget-ms: {problem}; name another --method")));
+    }
     let plan = Plan::new(args, options)?;
     let outputs = outputs(args, &plan)?;
     inputs::refuse_inputs(outputs.iter().filter_map(FileOrStream::path), args)?;
@@ -39,12 +44,13 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
         // Coverage and first surfaces are found as the CPU draws them.
         shot.gpu = None;
     }
-    let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
-    baked::check_methods(&shot.bakes, &[&args.method])?;
-    let chosen = settings::choose_baked(&args.method, &given, &shot)?;
+    let mut given: toml::Table = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
+    given.extend(settings::of_variant(&args.method, variant)?);
+    baked::check_methods(&shot.bakes, &[id])?;
+    let chosen = settings::choose_baked(id, &given, &shot)?;
     let _folders = make_writable(&outputs)?;
     backend::remark(&args.draw, shot.gpu.as_ref(), terminal);
-    terminal.set_subject(&args.method);
+    terminal.set_subject(id);
     let passes = Passes::new(&chosen, shot.quality)?;
     let mut pictures = Pictures { args, plan: &plan, passes, display: None };
     let drawing = match plan.writes_all {
@@ -60,7 +66,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
         output.write(|writer| writer.write_all(json.as_bytes()))?;
     }
     let mut warnings = stats.warnings.clone();
-    warnings.extend(scene_source::remark_on_media(&args.method, &drawing.scene));
+    warnings.extend(scene_source::remark_on_media(id, &drawing.scene));
     warnings.extend(pictures.display.and_then(|display| display.remark()));
     warnings.extend(plan.remark(&shot));
     warnings.extend(slower_than_tracing(&shot, &stats, terminal)?);

@@ -229,6 +229,12 @@ fn arrays_have_the_values_of_text() {
         assert!(text == place.workplace.text("out.csv"), "{kind}");
         std::fs::remove_file(place.workplace.path("out.csv")).unwrap();
     }
+    // The same column by column.
+    let columns: Vec<u8> = (0..9).flat_map(|at| little[(at % 3 * 3 + at / 3) * 8..][..8].to_vec()).collect();
+    place.write_array("<f8", "True", "3, 3", &columns);
+    place.ok(&[&options[..], &["--points", "in.npy"]].concat());
+    assert!(text == place.workplace.text("out.csv"), "by columns");
+    std::fs::remove_file(place.workplace.path("out.csv")).unwrap();
     place.write_array("<f8", "False", "3, 3", &little);
     place.ok(&[&options[..], &["--points", "in.npy", "-o", "out.npy"]].concat());
     let bytes = place.workplace.bytes("out.npy");
@@ -270,8 +276,9 @@ fn broken_arrays_are_refused() {
         ("<f8", "False", "1, 9", "must be N x 3, not 1 x 9"),
         ("<f8", "False", "4, 3", "row 3: the file ends early"),
         ("<f8", "False", "99999999999999, 3", "row 3: the file ends early"),
-        ("<f8", "True", "3, 3", "C order"),
-        ("<i4", "False", "3, 3", "f4 or f8"),
+        ("<f8", "True", "4, 3", "row 1: the file ends early"),
+        ("<c16", "False", "3, 3", "f4 or f8 or whole numbers"),
+        ("<i3", "False", "3, 3", "f4 or f8 or whole numbers"),
         ("<f8", "Perhaps", "3, 3", "not that of an array"),
     ] {
         place.write_array(kind, order, shape, &little);
@@ -284,6 +291,43 @@ fn broken_arrays_are_refused() {
         place.workplace.write("in.npy", broken);
         assert!(place.fails(1, &["--points", "in.npy"]).contains("in.npy: "));
     }
+}
+
+#[test]
+fn tables_of_other_programs_are_read() {
+    let place = Place::new("x,y,z\n1,2,0\n0.5,1,-1\n");
+    place.ok(&EYE);
+    let expected = place.workplace.text("out.csv");
+    for points in [
+        "X,Y,Z\n1,2,0\n0.5,1,-1\n",
+        "1,2,0\n0.5,1,-1\n",
+        "name;z;y;x\na;0;2;1\nb;-1;1;0.5\n",
+        "1\t2\t0\n0.5\t1\t-1\n",
+        "# x y z\n 1.0  2.0 0\n0.5 1e0   -1\n",
+        "  x  y z\n 1 2   0\n# between\n.5 1 -1",
+    ] {
+        place.workplace.write("in.csv", points);
+        place.ok(&EYE);
+        assert!(place.workplace.text("out.csv") == expected, "{points:?}");
+    }
+    let whole: Vec<u8> = [1i16, 2, 0, -1, 1, -1].iter().flat_map(|value| value.to_be_bytes()).collect();
+    place.write_array(">i2", "False", "2, 3", &whole);
+    place.ok(&[&EYE[..], &["--points", "in.npy"]].concat());
+    let of_whole = place.workplace.text("out.csv");
+    place.workplace.write("in.csv", "x,y,z\n1,2,0\n-1,1,-1\n");
+    place.ok(&EYE);
+    assert!(place.workplace.text("out.csv") == of_whole);
+}
+
+#[test]
+fn what_is_no_mirror_is_made_one() {
+    let place = Place::new("x,y,z\n1,2,0\n");
+    place.ok(&[&EYE[..], &["--reflector", "wall", "--method", "exact"]].concat());
+    let rows = place.table().1;
+    // The law of reflection in the plane z = -4: the eye is 6 before it, the point 4.
+    assert_eq!((rows.len(), rows[0][2].as_str()), (1, "wall"));
+    let at = [8, 9].map(|column| number(&rows[0][column]));
+    assert!((at[0] - (-1.0 + 2.0 * 0.6)).abs() < 1e-9 && (at[1] - (1.25 + 0.75 * 0.6)).abs() < 1e-9, "{at:?}");
 }
 
 #[test]
@@ -326,9 +370,8 @@ fn wrong_usage_ends_with_2_and_wrong_input_with_1() {
         (&["-o", "in.csv"], "both"),
         (&["--size", "64"], "WxH"),
     ];
-    let input: [(&[&str], &str); 7] = [
+    let input: [(&[&str], &str); 6] = [
         (&["--reflector", "no_such*"], "no_such*: matches no object or material; reflectors and lenses are: floor"),
-        (&["--reflector", "wall"], "wall: is diffuse"),
         (&["--diffuse", "*"], "no object is a reflector"),
         (&["--points", "none.csv"], "none.csv"),
         (&["-o", "no/out.csv"], "no/out.csv"),

@@ -1,7 +1,7 @@
 //! The compared methods and their settings.
 
 use crate::failure::Failure;
-use crate::{parse, settings};
+use crate::settings;
 use catoptric::error::did_you_mean;
 use catoptric::methods::{self, MethodInfo};
 use toml::Table;
@@ -52,11 +52,7 @@ pub(super) fn select(wanted: &[String], set: &[(String, String)]) -> Result<Sele
     let mut selected = Vec::new();
     for (info, label, variant) in chosen {
         let mut settings = settings_for(info, set, &mut used);
-        for pair in variant.iter().flat_map(|variant| variant.split(',')) {
-            let (key, text) =
-                parse::key_value(pair).map_err(|problem| Failure::usage(format!("--method {label}: {problem}")))?;
-            settings.insert(key, settings::value(&text));
-        }
+        settings.extend(settings::of_variant(&label, variant.as_deref())?);
         selected.push(Selected { id: info.id.into(), label, variant, settings });
     }
     if let Some(index) = used.iter().position(|used| !used) {

@@ -6,7 +6,7 @@ use crate::parse::FileOrStream;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use glam::DVec3;
 use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 
 /// Coordinates beyond this are taken for slips, as in scenes: squares of distances must stay finite.
 const MAX_COORDINATE: f64 = 1e12;
@@ -27,21 +27,38 @@ struct CsvPoints {
     reader: csv::Reader<File>,
     /// The columns of x, y and z.
     columns: [usize; 3],
+    /// Runs of blanks lie between cells.
+    runs: bool,
+    /// The record is a row of points that waits for its turn.
+    waits: bool,
     record: ByteRecord,
 }
 
 struct NpyPoints {
-    reader: BufReader<File>,
+    file: File,
+    /// Where its numbers begin.
+    start: u64,
     kind: NumberKind,
+    by_columns: bool,
     rows: u64,
     next: u64,
+    /// The rows that are read together with the next one.
+    block: Vec<u8>,
 }
 
 /// The storage of a number.
 #[derive(Clone, Copy)]
 struct NumberKind {
-    double: bool,
+    format: Format,
+    bytes: usize,
     big_endian: bool,
+}
+
+#[derive(Clone, Copy)]
+enum Format {
+    Float,
+    Signed,
+    Unsigned,
 }
 
 impl Points {
@@ -69,7 +86,7 @@ impl Points {
     pub(super) fn bytes_read(&self) -> u64 {
         match &self.source {
             Source::Csv(csv) => csv.reader.position().byte(),
-            Source::Npy(npy) => npy.next * npy.kind.row_bytes() as u64,
+            Source::Npy(npy) => npy.next * 3 * npy.kind.bytes as u64,
         }
     }
 
@@ -110,34 +127,41 @@ fn checked(value: f64) -> Result<f64, String> {
 }
 
 impl CsvPoints {
-    fn open(file: File) -> Result<Source, String> {
+    fn open(mut file: File) -> Result<Source, String> {
+        let separator = separator(&mut file).map_err(|error| format!("cannot read it: {error}"))?;
         // Rows may have more or fewer cells than the header, as long as x, y and z are there.
-        let mut reader = ReaderBuilder::new().flexible(true).trim(Trim::All).buffer_capacity(1 << 16).from_reader(file);
-        let header = reader.byte_headers().map_err(|error| csv_problem(&error))?.clone();
-        let mut columns = [0; 3];
-        for (column, name) in columns.iter_mut().zip(["x", "y", "z"]) {
-            let mut places = (0..header.len()).filter(|&index| &header[index] == name.as_bytes());
-            let given = || {
-                let names: Vec<_> = header.iter().map(String::from_utf8_lossy).collect();
-                if names.is_empty() { "nothing".to_owned() } else { names.join(",") }
-            };
-            *column = places.next().ok_or_else(|| {
-                format!("line 1: the header has no column `{name}`; it needs x, y and z and has {}", given())
-            })?;
-            if places.next().is_some() {
-                return Err(format!("line 1: the header has two columns `{name}`"));
-            }
-        }
-        Ok(Source::Csv(Box::new(Self { reader, columns, record: ByteRecord::new() })))
+        let mut reader = ReaderBuilder::new()
+            .flexible(true)
+            .trim(Trim::All)
+            .has_headers(false)
+            .delimiter(separator)
+            .comment(Some(b'#'))
+            .buffer_capacity(1 << 16)
+            .from_reader(file);
+        let mut record = ByteRecord::new();
+        reader.read_byte_record(&mut record).map_err(|error| csv_problem(&error))?;
+        let runs = separator == b' ';
+        let cells: Vec<&[u8]> = record.iter().filter(|cell| !runs || !cell.is_empty()).collect();
+        let is_number = |cell: &&[u8]| String::from_utf8_lossy(cell).parse::<f64>().is_ok();
+        let is_headless = cells.len() >= 3 && cells[..3].iter().all(is_number);
+        let columns = if is_headless { [0, 1, 2] } else { columns_of(&cells)? };
+        Ok(Source::Csv(Box::new(Self { reader, columns, runs, waits: is_headless, record })))
     }
 
     fn next(&mut self) -> Result<Option<DVec3>, String> {
-        if !self.reader.read_byte_record(&mut self.record).map_err(|error| csv_problem(&error))? {
+        // The first row of a table without header has been read.
+        if !std::mem::take(&mut self.waits)
+            && !self.reader.read_byte_record(&mut self.record).map_err(|error| csv_problem(&error))?
+        {
             return Ok(None);
         }
         let mut point = DVec3::ZERO;
         for (axis, &column) in self.columns.iter().enumerate() {
-            let number = match self.record.get(column) {
+            let cell = match self.runs {
+                true => self.record.iter().filter(|cell| !cell.is_empty()).nth(column),
+                false => self.record.get(column),
+            };
+            let number = match cell {
                 None => Err("the row has no such cell".to_owned()),
                 Some(cell) => {
                     let text = String::from_utf8_lossy(cell);
@@ -158,6 +182,42 @@ impl CsvPoints {
         let lines = file.rewind().and_then(|()| line_at(&mut BufReader::new(file).take(end)));
         lines.map_or(String::new(), |line| format!("line {}: ", line.saturating_sub(inner as u64)))
     }
+}
+
+/// The bytes of a table's beginning in which its separator is looked for.
+const BEGINNING: u64 = 1 << 16;
+
+/// What lies between the cells of a table: the first of these that its first row has. The file is at its start again.
+fn separator(file: &mut File) -> io::Result<u8> {
+    let mut beginning = Vec::new();
+    file.by_ref().take(BEGINNING).read_to_end(&mut beginning)?;
+    file.rewind()?;
+    let mut lines = beginning.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#")).unwrap_or_default();
+    Ok([b';', b',', b'\t', b' '].into_iter().find(|separator| first.contains(separator)).unwrap_or(b','))
+}
+
+/// The columns of x, y and z in a header, in letters of either case.
+fn columns_of(header: &[&[u8]]) -> Result<[usize; 3], String> {
+    let mut columns = [0; 3];
+    for (column, name) in columns.iter_mut().zip(["x", "y", "z"]) {
+        let is_named = |cell: &[u8]| cell.trim_ascii().eq_ignore_ascii_case(name.as_bytes());
+        let mut places = (0..header.len()).filter(|&index| is_named(header[index]));
+        let given = || {
+            let names: Vec<_> = header.iter().map(|cell| String::from_utf8_lossy(cell)).collect();
+            if names.is_empty() { "nothing".to_owned() } else { names.join(",") }
+        };
+        *column = places.next().ok_or_else(|| {
+            format!(
+                "line 1: the header has no column `{name}`; it needs x, y and z and has {} (rows of numbers need none)",
+                given()
+            )
+        })?;
+        if places.next().is_some() {
+            return Err(format!("line 1: the header has two columns `{name}`"));
+        }
+    }
+    Ok(columns)
 }
 
 /// The number, from 1, of the line in which the last text of a file stands.
@@ -186,34 +246,37 @@ fn csv_problem(error: &csv::Error) -> String {
 
 impl NumberKind {
     fn of(kind: &str) -> Option<Self> {
-        let big_endian = kind.starts_with('>');
-        match kind {
-            "<f8" | ">f8" => Some(Self { double: true, big_endian }),
-            "<f4" | ">f4" => Some(Self { double: false, big_endian }),
-            _ => None,
-        }
+        let (order, rest) = kind.split_at_checked(1)?;
+        let (letter, bytes) = rest.split_at_checked(1)?;
+        let bytes: usize = bytes.parse().ok()?;
+        let format = match (letter, bytes) {
+            ("f", 4 | 8) => Format::Float,
+            ("i", 1 | 2 | 4 | 8) => Format::Signed,
+            ("u", 1 | 2 | 4 | 8) => Format::Unsigned,
+            _ => return None,
+        };
+        matches!(order, "<" | ">" | "|").then_some(Self { format, bytes, big_endian: order == ">" })
     }
 
-    fn row_bytes(self) -> usize {
-        if self.double { 24 } else { 12 }
-    }
-
-    /// The number of an axis in the bytes of a row.
-    fn number(self, row: &[u8; 24], axis: usize) -> f64 {
-        let mut bytes = [0; 8];
-        let size = self.row_bytes() / 3;
-        bytes[..size].copy_from_slice(&row[axis * size..(axis + 1) * size]);
+    fn number(self, bytes: &[u8]) -> f64 {
+        let mut number = [0; 8];
+        number[..self.bytes].copy_from_slice(bytes);
         if self.big_endian {
-            bytes[..size].reverse();
+            number[..self.bytes].reverse();
         }
-        if self.double {
-            f64::from_le_bytes(bytes)
-        } else {
-            let [a, b, c, d, ..] = bytes;
-            f32::from_le_bytes([a, b, c, d]).into()
+        let whole = u64::from_le_bytes(number);
+        match (self.format, self.bytes) {
+            (Format::Float, 4) => f32::from_bits(whole as u32).into(),
+            (Format::Float, _) => f64::from_bits(whole),
+            (Format::Unsigned, _) => whole as f64,
+            // With the sign in front.
+            (Format::Signed, bytes) => ((whole << (64 - 8 * bytes)) as i64 >> (64 - 8 * bytes)) as f64,
         }
     }
 }
+
+/// Rows that are read together.
+const ROWS: u64 = 4096;
 
 impl NpyPoints {
     fn open(file: File) -> Result<Self, String> {
@@ -223,31 +286,48 @@ impl NpyPoints {
             let sides: Vec<String> = header.shape.iter().map(u64::to_string).collect();
             return Err(format!("the array's shape must be N x 3, not {}", sides.join(" x ")));
         };
-        if header.by_columns {
-            return Err("the array is stored column by column; save it in C order".into());
-        }
         let kind = NumberKind::of(&header.kind)
-            .ok_or_else(|| format!("the array must be of f4 or f8 numbers, not {}", header.kind))?;
-        Ok(Self { reader, kind, rows, next: 0 })
+            .ok_or_else(|| format!("the array must be of f4 or f8 or whole numbers, not {}", header.kind))?;
+        let start = reader.stream_position().map_err(|error| format!("cannot read it: {error}"))?;
+        let file = reader.into_inner();
+        Ok(Self { file, start, kind, by_columns: header.by_columns, rows, next: 0, block: Vec::new() })
     }
 
     fn next(&mut self) -> Result<Option<DVec3>, String> {
         if self.next == self.rows {
             return Ok(None);
         }
-        let mut row = [0; 24];
-        let read = self.reader.read_exact(&mut row[..self.kind.row_bytes()]);
-        read.map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => format!("row {}: the file ends early", self.next),
-            _ => format!("cannot read it: {error}"),
-        })?;
+        let within = (self.next % ROWS) as usize;
+        if within == 0 {
+            self.read_block()?;
+        }
+        let (size, row) = (self.kind.bytes, self.next);
+        let count = (self.rows - (row - within as u64)).min(ROWS) as usize;
         let mut point = DVec3::ZERO;
         for axis in 0..3 {
-            let number = checked(self.kind.number(&row, axis));
-            point[axis] =
-                number.map_err(|problem| format!("row {}: {}: {problem}", self.next, ["x", "y", "z"][axis]))?;
+            let place = size * if self.by_columns { axis * count + within } else { 3 * within + axis };
+            let bytes = self.block.get(place..place + size).ok_or_else(|| format!("row {row}: the file ends early"))?;
+            let number = checked(self.kind.number(bytes));
+            point[axis] = number.map_err(|problem| format!("row {row}: {}: {problem}", ["x", "y", "z"][axis]))?;
         }
         self.next += 1;
         Ok(Some(point))
+    }
+
+    /// Reads the next rows: together, or from each of three columns. What the file lacks is missing at the end.
+    fn read_block(&mut self) -> Result<(), String> {
+        let (size, count) = (self.kind.bytes as u64, (self.rows - self.next).min(ROWS));
+        self.block.clear();
+        let parts: Vec<(u64, u64)> = match self.by_columns {
+            true => (0..3).map(|axis| ((axis * self.rows + self.next) * size, count * size)).collect(),
+            false => vec![(3 * self.next * size, 3 * count * size)],
+        };
+        for (place, length) in parts {
+            let place = self.start.saturating_add(place);
+            let read = self.file.seek(SeekFrom::Start(place));
+            let read = read.and_then(|_| self.file.by_ref().take(length).read_to_end(&mut self.block));
+            read.map_err(|error| format!("cannot read it: {error}"))?;
+        }
+        Ok(())
     }
 }

@@ -138,3 +138,29 @@ fn numbers_below_zero_are_told_as_such() {
     let message = place.fails(2, &["render", "scene.toml", "-o", "a.png", "--samples", "-1"]);
     assert!(message.contains("--samples") && message.contains("-1 is not in 1 to 4096"), "{message}");
 }
+
+#[test]
+fn habits_of_other_programs_are_understood_or_answered() {
+    let place = Workplace::new();
+    let draw = ["render", "scene.toml", "-o", "a.png", "--size", "32x24"];
+    for options in [
+        &["--hdri", "studio", "--spp", "1"][..],
+        &["--env", "sky", "--mirror", "wall"],
+        &["--glass", "ball:1.5"],
+        &["--eye", "0,2,5"],
+        &["--method", "multiperspective:accuracy_px=0.3"],
+    ] {
+        place.ok(&[&draw, options].concat());
+    }
+    for (words, tip) in [
+        (&["render", "scene.toml", "a.png"][..], "-o a.png"),
+        (&["render", "scene.toml", "-o", "a.png", "--width", "32"], "--size 1280x720"),
+        (&["render", "scene.toml", "-o", "a.png", "--ior=1.4"], "--lens 'Vase:1.5'"),
+        (&["scene.toml"], "catoptric render scene.toml -o picture.png"),
+        (&["render", "scene.toml", "-o", "a.png", "--method", "auto:x"], "--method auto:x"),
+        (&["render", "scene.toml", "-o", "a.png", "--budget-ms", "5"], "name another --method"),
+    ] {
+        let message = place.fails(2, words);
+        assert!(message.contains(tip), "{words:?}: {message}");
+    }
+}

@@ -35,7 +35,7 @@ const MESHES: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
 const LENGTHS: [f64; 2] = [1e-9, 1e9];
 
 /// The most copies of an object, and of the points of a grid, which have fewer triangles.
-const MAX_COPIES: f64 = 500.0;
+const MAX_COPIES: f64 = 10_000.0;
 const MAX_POINTS: f64 = 10_000.0;
 
 /// The brightest colour of what is unlit.

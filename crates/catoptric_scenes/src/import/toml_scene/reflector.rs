@@ -15,7 +15,7 @@ use glam::{DQuat, DVec3};
 use std::collections::HashSet;
 
 /// The most copies of a reflector: each has a tessellation of its own.
-const MAX_COPIES: f64 = 500.0;
+const MAX_COPIES: f64 = 10_000.0;
 
 /// Adds a reflector to the model; `index` is its number in the file.
 pub(super) fn read(text: Text<'_>, mut table: Keys<'_, '_>, index: usize, model: &mut Model) -> Result<(), SceneError> {

@@ -200,7 +200,7 @@ fn misspelt_keys_name_their_line_and_the_right_one() {
         ("shape = \"sphere\"\nradius = 1\nstep = [1, 1, 1]", 1, "count: missing"),
         ("shape = \"sphere\"\nradius = 1\ncount = 1.5\nstep = [1, 1, 1]", 4, "whole numbers"),
         ("shape = \"sphere\"\nradius = 1\ncount = [1e9, 1e9, 1]\nstep = [1, 1, 1]", 4, "whole numbers"),
-        ("shape = \"sphere\"\nradius = 1\ncount = 501\nstep = [1, 1, 1]", 4, "from 1 to 500"),
+        ("shape = \"sphere\"\nradius = 1\ncount = 10001\nstep = [1, 1, 1]", 4, "from 1 to 10000"),
         ("shape = \"sphere\"\nradius = 1\ncount = [2, 2]\nstep = [1, 1, 1]", 4, "three in brackets"),
         ("shape = \"mesh\"\nfile = \"a.step\"", 3, ".glb"),
         ("shape = \"mesh\"", 1, "file: missing"),
