@@ -86,6 +86,16 @@ pub(crate) fn fault(info: &MethodInfo, settings: &Table) -> Option<(Option<Strin
     Some((key, problem))
 }
 
+/// The settings after the colon of `--method ID:KEY=VALUE,...`, if there is one.
+pub(crate) fn of_variant(label: &str, variant: Option<&str>) -> Result<Table, Failure> {
+    let pairs = variant.into_iter().flat_map(|variant| variant.split(','));
+    let setting = |pair: &str| match parse::key_value(pair) {
+        Ok((key, text)) => Ok((key, value(&text))),
+        Err(problem) => Err(Failure::usage(format!("--method {label}: {problem}"))),
+    };
+    pairs.map(setting).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,14 +120,4 @@ mod tests {
         assert_eq!(value("1\nother = 2"), Value::String("1\nother = 2".into()));
         assert_eq!(value(""), Value::String(String::new()));
     }
-}
-
-/// The settings after the colon of `--method ID:KEY=VALUE,...`, if there is one.
-pub(crate) fn of_variant(label: &str, variant: Option<&str>) -> Result<Table, Failure> {
-    let pairs = variant.into_iter().flat_map(|variant| variant.split(','));
-    let setting = |pair: &str| match parse::key_value(pair) {
-        Ok((key, text)) => Ok((key, value(&text))),
-        Err(problem) => Err(Failure::usage(format!("--method {label}: {problem}"))),
-    };
-    pairs.map(setting).collect()
 }

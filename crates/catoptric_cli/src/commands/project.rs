@@ -74,13 +74,7 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     args.output.path().map_or(Ok(()), files::check_writable)?;
     let mut points = Points::open(&args.points)?;
     let model = model(args, terminal)?;
-    let pose = |roles: &[RoleRule]| scene_source::pose(&model, args.pose.time, roles, Shadows::Off, None, &Silent);
-    let mut scene = pose(&roles)?;
-    let mirrors = made_mirrors(&scene, &args.reflector)?;
-    if !mirrors.is_empty() {
-        scene = pose(&[roles, mirrors].concat())?;
-    }
-    let scene = Arc::new(scene);
+    let scene = Arc::new(pose(args, &model, roles)?);
     let objects = objects(&scene, &args.reflector)?;
     let (view, eye) = view(args, &scene)?;
 
@@ -154,6 +148,18 @@ fn model(args: &ProjectArgs, terminal: &Terminal) -> Result<Model, Failure> {
     scene_source::choose_animation(&args.pose.choice, &mut model)?;
     terminal.warn(scene_source::remark_on_time(&model, args.pose.time).iter());
     Ok(model)
+}
+
+/// The scene with what `--reflector` makes mirrors.
+fn pose(args: &ProjectArgs, model: &Model, mut roles: Vec<RoleRule>) -> Result<Scene, Failure> {
+    let pose = |roles: &[RoleRule]| scene_source::pose(model, args.pose.time, roles, Shadows::Off, None, &Silent);
+    let scene = pose(&roles)?;
+    let mirrors = made_mirrors(&scene, &args.reflector)?;
+    if mirrors.is_empty() {
+        return Ok(scene);
+    }
+    roles.extend(mirrors);
+    pose(&roles)
 }
 
 /// The rules that make mirrors of what patterns name and is no reflector or lens.

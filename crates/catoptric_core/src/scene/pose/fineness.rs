@@ -1,6 +1,5 @@
-//! How fine the meshes of exact surfaces are: as fine as pictures ever need, or as all of a scene have room for together.
+//! How fine the meshes of exact surfaces are: as fine as pictures ever need, or as all of a scene have room for.
 
-use super::super::model::Model;
 use crate::surface::{AnalyticSurface, SurfaceMesh};
 use std::sync::Arc;
 
@@ -8,10 +7,13 @@ use std::sync::Arc;
 /// seconds. A dozen balls of the finest mesh have as many.
 const MOST_TRIANGLES: f64 = 1_200_000.0;
 
-/// Steps of fineness from one to half: surfaces that differ little share a mesh.
-const STEPS: f64 = 4.0;
+/// From a fineness to the next: surfaces that differ little share a mesh.
+const STEP: f64 = 0.84;
 
-/// The finenesses of a model's exact surfaces.
+/// No mesh is coarser.
+const COARSEST: f64 = 0.05;
+
+/// The finenesses of a scene's exact surfaces.
 ///
 /// All are off by the same length, so that larger ones have more triangles, and none has more than its finest mesh.
 pub(super) struct Fineness {
@@ -20,8 +22,7 @@ pub(super) struct Fineness {
 }
 
 impl Fineness {
-    pub(super) fn of(model: &Model) -> Self {
-        let surfaces = model.nodes.iter().filter_map(|node| node.analytic.as_ref()).map(|asset| &asset.surface);
+    pub(super) fn of<'a>(surfaces: impl Iterator<Item = &'a AnalyticSurface>) -> Self {
         let counts: Vec<(f64, f64)> =
             surfaces.map(|surface| (surface.finest_triangle_count(), surface.size())).collect();
         let total = |share: f64| counts.iter().map(|(count, size)| count * (share * size).min(1.0)).sum::<f64>();
@@ -40,7 +41,11 @@ impl Fineness {
     /// The share of cells along each direction that a surface's mesh has of its finest one.
     pub(super) fn of_surface(&self, surface: &AnalyticSurface) -> f64 {
         let along = (self.share * surface.size()).min(1.0).sqrt();
-        if along >= 1.0 { 1.0 } else { ((along.log2() * STEPS).floor() / STEPS).exp2() }
+        let mut fineness = 1.0;
+        while fineness > along && fineness > COARSEST {
+            fineness *= STEP;
+        }
+        fineness
     }
 }
 

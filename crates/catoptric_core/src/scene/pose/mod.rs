@@ -407,7 +407,7 @@ impl<'a> SceneBuilder<'a> {
                 tangents: primitives().any(|primitive| !primitive.tangents.is_empty()),
                 colors: primitives().any(|primitive| !primitive.colors.is_empty()),
             },
-            fineness: Fineness::of(model),
+            fineness: Fineness::of(model.nodes.iter().filter_map(|node| Some(&node.analytic.as_ref()?.surface))),
             meshes: SharedMeshes::default(),
             earlier: std::mem::take(&mut memory.pieces).into_iter(),
             pieces: Vec::new(),

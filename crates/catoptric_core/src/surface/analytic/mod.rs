@@ -216,8 +216,8 @@ impl AnalyticSurface {
         self.tessellate_to(1.0)
     }
 
-    /// The same with about this share (from 0 to 1) of the cells along each direction: off by as much more as its square
-    /// is smaller.
+    /// The same with about this share (from 0 to 1) of the cells along each direction: errors are larger by its inverse
+    /// square.
     pub fn tessellate_to(&self, fineness: f64) -> SurfaceMesh {
         with_shape!(self, shape => shape.tessellate(fineness))
     }

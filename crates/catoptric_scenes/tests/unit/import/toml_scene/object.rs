@@ -226,3 +226,26 @@ fn the_examples_are_short_and_read_without_warnings() {
         assert!(!model.pose(&PoseOptions::default()).unwrap().specular_objects().is_empty(), "{path:?}");
     }
 }
+
+#[test]
+fn many_exact_surfaces_share_a_budget_and_large_ones_have_the_most_of_it() {
+    let ball = |name: &str, radius: f32, more: &str| {
+        format!("[[reflector]]\nname = \"{name}\"\nsurface = \"sphere\"\nradius = {radius}\n{more}")
+    };
+    let finest = posed(&ball("alone", 1.0, "center = [0, 0, 0]\n")).triangles.len();
+    let small = ball("small", 0.1, "center = [0, 0, 0]\ncount = [30, 30, 1]\nstep = [0.5, 0.5, 0]\n");
+    let scene = posed(&(ball("large", 2.0, "center = [0, 0, -9]\n") + &small));
+    assert_eq!(scene.objects.len(), 901);
+    let counts: Vec<usize> = scene.objects.iter().map(|object| object.triangles.len()).collect();
+    assert!(counts.iter().sum::<usize>() < 1_500_000, "{}", counts.iter().sum::<usize>());
+    assert!(counts[1..].iter().all(|count| *count == counts[1] && *count > 200), "{}", counts[1]);
+    assert!(counts[0] > 4 * counts[1] && counts[0] <= finest, "{} {finest}", counts[0]);
+    // All of them lie on their spheres.
+    for object in [0, 1, 900] {
+        let Aabb { min, max } = scene.objects[object].bounds;
+        let (center, radius) = ((min + max) * 0.5, (max - min).max_element() * 0.5);
+        let vertices = scene.objects[object].vertices.clone();
+        let is_on = |vertex: u32| (scene.positions[vertex as usize].distance(center) / radius - 1.0).abs() < 1e-3;
+        assert!(vertices.into_iter().all(is_on), "{object}");
+    }
+}
