@@ -76,8 +76,7 @@ impl Views {
     /// [`RenderError::Setting`] where it cannot be read, or means nothing.
     pub(crate) fn open(path: &Path) -> Result<Self, RenderError> {
         let invalid = |problem: String| setting(format!("{}: {problem}", path.display()));
-        let bytes =
-            read_file(path, MAX_MANIFEST_BYTES).map_err(|error| invalid(format!("cannot read it: {error}")))?;
+        let bytes = read_file(path, MAX_MANIFEST_BYTES).map_err(|error| invalid(format!("cannot read it: {error}")))?;
         let text = String::from_utf8(bytes).map_err(|_| invalid("is no text; save it as UTF-8".into()))?;
         let manifest: Manifest = toml::from_str(&text).map_err(|error| invalid(error.to_string().trim().into()))?;
         for (field, names) in [("radiance", Some(&manifest.radiance)), ("distance", manifest.distance.as_ref())] {

@@ -24,6 +24,9 @@ const SHAPELESS: f32 = 64.0;
 /// Edges are halved at most this often. A bound on memory; chosen, not measured.
 const MAX_HALVINGS: u32 = 10;
 
+/// Meshes of more triangles are not divided: maps of each triangle take kilobytes.
+const MOST_HALVED: usize = 32_000;
+
 /// A reflector or lens.
 #[derive(Clone, Debug)]
 pub struct ReflectorMesh {
@@ -136,10 +139,13 @@ impl ReflectorMesh {
         mesh
     }
 
-    /// Halves edges until none is longer than `longest`.
+    /// Halves edges until none is longer than `longest`, or there are very many triangles.
     fn halve_edges(&mut self, longest: f32) {
         for _ in 0..MAX_HALVINGS {
             let before = self.triangles.len();
+            if before > MOST_HALVED {
+                break;
+            }
             self.halve_once(|mesh, [a, b]| mesh.positions[a as usize].distance(mesh.positions[b as usize]) > longest);
             if self.triangles.len() == before {
                 break;
