@@ -452,9 +452,13 @@ pub(crate) fn camera(args: &ViewArgs, scene: &Scene) -> Result<Camera, Failure> 
         return Ok(Camera::look_at("command line", eye, target, up, args.fov.unwrap_or(DEFAULT_FOV_DEG)));
     }
     let [width, height] = args.size;
-    let mut camera = scene
-        .camera(args.camera.as_deref(), width as f32 / height as f32)
-        .map_err(|error| Failure::input(format!("{}: --camera: {error}", scene.name)))?;
+    let mut camera = scene.camera(args.camera.as_deref(), width as f32 / height as f32).map_err(|error| {
+        let remedy = match scene.cameras.is_empty() {
+            true => "the file has no camera: leave --camera out, or give --eye and --target".into(),
+            false => error.to_string(),
+        };
+        Failure::input(format!("{}: --camera: {remedy}", scene.name))
+    })?;
     if let Some(degrees) = args.fov {
         match &mut camera.projection {
             Projection::Perspective { fov_y } => *fov_y = degrees.to_radians(),

@@ -26,6 +26,9 @@ pub(crate) fn load(
 ) -> Result<Model, Failure> {
     let variant = choice.variant.as_deref();
     let loading = LoadOptions { variant, allow_outside: choice.allow_outside };
+    if let Some(hint) = hint_on_missing(scene) {
+        return Err(Failure::input(format!("{}: there is no such file; {hint}", scene.display())));
+    }
     let mut model = match built_in(scene) {
         Some(_) if variant.is_some() => {
             return Err(Failure::input(format!("{}: --variant: built-in scenes have no variants", scene.display())));
@@ -53,6 +56,16 @@ pub(crate) fn load(
     }
     settings::check(&model)?;
     Ok(model)
+}
+
+/// What a word that names no file was probably meant to be.
+fn hint_on_missing(scene: &Path) -> Option<String> {
+    let word = scene.to_str().filter(|_| !scene.exists())?;
+    if ["http://", "https://", "ftp://"].iter().any(|scheme| word.starts_with(scheme)) {
+        return Some("addresses are not opened: download the file first".into());
+    }
+    let name = word.split('?').next().unwrap_or(word);
+    builtin::all().iter().any(|info| info.name == name).then(|| format!("did you mean builtin:{word}?"))
 }
 
 /// The built-in scene that a word names, with its parameters.
@@ -129,7 +142,14 @@ pub(crate) fn pose(
     };
     let posed = posed.map_err(|error| match error {
         // The one message that does not name its scene.
-        SceneError::Unknown { .. } => Failure::input(format!("{}: {error}", model.name)),
+        SceneError::Unknown { ref name, .. } => {
+            let remedy = match () {
+                () if name.contains(',') => "; for several give the option several times",
+                () if name.contains(':') => "; an index of refraction after a colon is a number, such as 1.5",
+                () => "",
+            };
+            Failure::input(format!("{}: {error}{remedy}", model.name))
+        }
         error => error.into(),
     });
     let mut scene = posed?;

@@ -152,6 +152,17 @@ fn habits_of_other_programs_are_understood_or_answered() {
     ] {
         place.ok(&[&draw, options].concat());
     }
+    place.write("bare.gltf", triangle("vase"));
+    for (words, tip) in [
+        (&["sphere_room"][..], "did you mean builtin:sphere_room?"),
+        (&["https://example.org/a.glb"], "download the file first"),
+        (&["bare.gltf", "--camera", "0"], "give --eye"),
+        (&["bare.gltf", "--lens", "vase:water"], "a number, such as 1.5"),
+        (&["bare.gltf", "--reflector", "vase,b"], "several times"),
+    ] {
+        let message = place.fails(1, &[&["render", "-o", "a.png"], words].concat());
+        assert!(message.contains(tip), "{words:?}: {message}");
+    }
     for (words, tip) in [
         (&["render", "scene.toml", "a.png"][..], "-o a.png"),
         (&["render", "scene.toml", "-o", "a.png", "--width", "32"], "--size 1280x720"),
