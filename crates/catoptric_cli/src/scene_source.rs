@@ -58,7 +58,7 @@ pub(crate) fn load(
     Ok(model)
 }
 
-/// What a word that names no file was probably meant to be.
+/// A hint at the meaning of a word that names no file.
 fn hint_on_missing(scene: &Path) -> Option<String> {
     let word = scene.to_str().filter(|_| !scene.exists())?;
     if ["http://", "https://", "ftp://"].iter().any(|scheme| word.starts_with(scheme)) {

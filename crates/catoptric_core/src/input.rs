@@ -7,7 +7,7 @@ use std::path::Path;
 /// The bytes of a plain file of at most `limit` bytes.
 ///
 /// # Errors
-/// Those of the system; [`ErrorKind::IsADirectory`] for folders, [`ErrorKind::InvalidInput`] for pipes and devices,
+/// Errors of the system; [`ErrorKind::IsADirectory`] for folders, [`ErrorKind::InvalidInput`] for pipes and devices,
 /// which may never end, and [`ErrorKind::FileTooLarge`].
 pub fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     // Before it is opened, as opening a pipe waits for its writer, and again: it may have changed.

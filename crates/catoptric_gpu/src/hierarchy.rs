@@ -27,7 +27,7 @@ pub struct Hierarchy {
     pub nodes: Vec<Node>,
     /// The scene's triangles in the order of the leaves.
     pub triangles: Vec<LeafTriangle>,
-    /// Whether it holds each of the scene's triangles: not those without extent, nor copies that lie in heaps.
+    /// True for each of the scene's triangles that it holds: not those without extent, nor copies that lie in piles.
     pub holds: Vec<bool>,
 }
 

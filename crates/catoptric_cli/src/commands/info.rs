@@ -279,7 +279,7 @@ fn point_json(scene: &Scene, point: Vec3) -> Value {
 
 fn point_text(scene: &Scene, point: Vec3) -> String {
     let point = scene.origin + point.as_dvec3();
-    // Of tiny scenes three decimals tell nothing.
+    // Three decimals tell nothing of tiny scenes.
     match f64::from(scene.bounds.diagonal()).max(scene.origin.length()) {
         size if size > 0.0 && size < 0.1 => format!("({:.3e}, {:.3e}, {:.3e})", point.x, point.y, point.z),
         _ => format!("({:.3}, {:.3}, {:.3})", point.x, point.y, point.z),

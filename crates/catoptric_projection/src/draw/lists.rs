@@ -20,7 +20,7 @@ const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 pub(super) enum EndsOfPaths {
     /// The environment.
     Environment,
-    /// What something else than lists draws; in these blocks of the picture also beyond lenses that are seen directly.
+    /// The picture of something else than lists; in these blocks also beyond lenses that are seen directly.
     GoOn(BlockMask),
 }
 

@@ -187,7 +187,7 @@ impl CsvPoints {
 /// The bytes of a table's beginning in which its separator is looked for.
 const BEGINNING: u64 = 1 << 16;
 
-/// What lies between the cells of a table: the first of these that its first row has. The file is at its start again.
+/// The separator of a table's cells: the first of these that its first row has. The file is at its start again.
 fn separator(file: &mut File) -> io::Result<u8> {
     let mut beginning = Vec::new();
     file.by_ref().take(BEGINNING).read_to_end(&mut beginning)?;

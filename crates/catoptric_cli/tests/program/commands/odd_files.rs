@@ -110,7 +110,7 @@ fn limits_and_signals_of_the_system_are_respected() {
     // A limit of 8 kB on files, and a picture of more.
     let (code, message) = shell("ulimit -f 8; exec PROGRAM render scene.toml -o a.exr --size 64x64 --samples 1");
     assert!(code == Some(1) && message.contains("a.exr"), "{code:?} {message}");
-    // What is ignored at the start stays ignored.
+    // Signals that are ignored at the start stay ignored.
     let (code, message) = shell(
         "trap '' HUP; PROGRAM render scene.toml -o a.png --method reference --samples 256 --size 96x64 & \
          kill -HUP $!; sleep 0.1; kill -HUP $!; wait $!",

@@ -140,7 +140,7 @@ impl<'a> Search<'a> {
     /// Adds those of all pairs of objects one of which is new.
     fn find(&mut self, is_new: impl Fn(&u32) -> bool, found: &mut Vec<CoincidentFaces>) {
         let objects = &self.scene.objects;
-        // Of two of the same kind both stay where they are.
+        // Two of the same kind both stay where they are.
         let kind = |object: &Object| match rank(&self.scene.materials[object.material as usize]) {
             0 => (0, 0),
             rank => (rank, object.material),

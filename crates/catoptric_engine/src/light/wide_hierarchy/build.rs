@@ -140,7 +140,7 @@ impl WideHierarchy {
         let Narrow { mut tree, left_out } = Narrow::new(boxes, preset, key);
         tree.uses_spatial_splits = true;
         let pairs = left_out.into_iter().filter_map(|[number, same]| Some([triangle(number)?.0, triangle(same)?.0]));
-        // Those of a triangle in several boxes follow each other.
+        // Pairs of a triangle in several boxes follow each other.
         let mut copies: Vec<[u32; 2]> = pairs.collect();
         copies.dedup();
         Self { copies, ..Widening::new(scene, &tree, primitives).run() }

@@ -26,7 +26,7 @@ const PLACE_BITS: u32 = 21;
 
 /// A hierarchy whose leaves have one box each.
 pub struct Narrow {
-    /// Its primitives are the numbers of the boxes.
+    /// The hierarchy; its primitives are the numbers of the boxes.
     pub tree: Bvh2,
     /// Boxes that are left out, each with the one that is the same.
     pub left_out: Vec<[u32; 2]>,
@@ -46,7 +46,7 @@ impl Narrow {
             let count = without_copies(pile, &key, &mut left_out);
             piles.push(range.start..range.start + count);
         }
-        // What merging sees: single boxes, then one for each pile.
+        // Merging sees single boxes, then one for each pile.
         let singles: Vec<u32> = match piles.is_empty() {
             true => (0..boxes.len() as u32).collect(),
             false => (0..).zip(&is_piled).filter_map(|(number, piled)| (!piled).then_some(number)).collect(),
@@ -126,7 +126,7 @@ fn divide_piles(tree: &mut Bvh2, boxes: &[BvhBox], singles: &[u32], (order, pile
         waiting.push((first + 1, range.start + middle..range.end));
     }
     tree.primitive_indices = primitives;
-    // Of what there was before.
+    // They were those of the tree before.
     tree.parents.clear();
     tree.max_depth += most.ilog2() as usize + 2;
 }

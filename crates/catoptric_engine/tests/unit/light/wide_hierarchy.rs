@@ -163,7 +163,7 @@ fn rays_of_a_beam_meet_among_its_leaves_what_they_meet_among_all() {
     assert!(gathered > 5000 && hits > 2000, "{gathered} rays, {hits} hits");
 }
 
-/// So many that merging them pair by pair would take minutes.
+/// Merging so many pair by pair would take minutes.
 const PILED: u32 = 30_000;
 
 /// Triangles, each of three corners by its number's share.
