@@ -178,15 +178,14 @@ impl Piles {
             parallel::map_collect(boxes.len(), |number| (along_curve((centers[number] - low) * scale), number as u32));
         places.sort_unstable();
         let order: Vec<u32> = places.iter().map(|(_, number)| *number).collect();
+        let runs = Runs::new(boxes, &order);
         let mut waiting = vec![(0, boxes.len())];
         while let Some((start, end)) = waiting.pop() {
             let range = start..end;
             if range.len() < LEAST_OF_PILE {
                 continue;
             }
-            let part = &order[range.clone()];
-            let sum: f64 = part.iter().map(|number| f64::from(boxes[*number as usize].half_area())).sum();
-            if sum > SHARE_OF_PILE * range.len() as f64 * f64::from(around(boxes, part).half_area()) {
+            if runs.mean_area(&range) > SHARE_OF_PILE * f64::from(runs.around(&range).half_area()) {
                 ranges.push(range);
                 continue;
             }
@@ -199,6 +198,48 @@ impl Piles {
         }
         Self { order, ranges }
     }
+}
+
+/// Boxes one after the other, so that what holds of a range of them takes little time.
+struct Runs {
+    boxes: Vec<BvhBox>,
+    /// Sums of the areas before each of them, and of all.
+    areas: Vec<f64>,
+    /// The boxes around [`RUN`] of them at a time.
+    runs: Vec<BvhBox>,
+}
+
+/// Boxes that are looked at together.
+const RUN: usize = 64;
+
+impl Runs {
+    fn new(boxes: &[BvhBox], order: &[u32]) -> Self {
+        let boxes: Vec<BvhBox> = order.iter().map(|number| boxes[*number as usize]).collect();
+        let mut sum = 0.0;
+        let mut areas = vec![0.0];
+        areas.extend(boxes.iter().map(|bounds| {
+            sum += f64::from(bounds.half_area());
+            sum
+        }));
+        let runs = boxes.chunks(RUN).map(around_all).collect();
+        Self { boxes, areas, runs }
+    }
+
+    fn mean_area(&self, range: &Range<usize>) -> f64 {
+        (self.areas[range.end] - self.areas[range.start]) / range.len() as f64
+    }
+
+    /// The box around a range, which is longer than two runs.
+    fn around(&self, range: &Range<usize>) -> BvhBox {
+        let (first, last) = (range.start.div_ceil(RUN), range.end / RUN);
+        let ends =
+            around_all(&self.boxes[range.start..first * RUN]).union(&around_all(&self.boxes[last * RUN..range.end]));
+        around_all(&self.runs[first..last]).union(&ends)
+    }
+}
+
+fn around_all(boxes: &[BvhBox]) -> BvhBox {
+    boxes.iter().fold(BvhBox::empty(), |around, bounds| around.union(bounds))
 }
 
 /// The place of a point of the unit cube along Morton's curve.
