@@ -161,7 +161,7 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) without: &'a PathBeginnings,
     /// True if what is left out is drawn by something else; points one by one are asked of all paths.
     pub(crate) is_for_picture: bool,
-    /// What becomes of pieces on which appearances end.
+    /// The fate of pieces on which appearances end.
     pub(crate) ends: Ends,
 }
 

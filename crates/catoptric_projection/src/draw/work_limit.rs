@@ -70,7 +70,7 @@ impl FrameWork {
 }
 
 impl WorkLimit {
-    /// What becomes of pieces on which appearances end: where tiles draw what meshes do not, these are left to them.
+    /// The fate of pieces on which appearances end: where tiles draw what meshes do not, these are left to them.
     pub(super) fn ends(&self) -> Ends {
         match self.beyond {
             BeyondWork::Tiles => Ends::LeftOut,

@@ -42,7 +42,7 @@ pub struct MeshQuality {
     pub is_plain: bool,
     /// The picture: what appears outside it is not divided.
     pub picture: PictureScale,
-    /// What becomes of pieces on which appearances end, and of those that would have to be very small.
+    /// The fate of pieces on which appearances end, and of those that would have to be very small.
     pub ends: Ends,
 }
 

@@ -179,7 +179,7 @@ impl VirtualScene {
         is_convex(scene, &self.topologies, object)
     }
 
-    /// What becomes of pieces on which appearances end, on a path: in flat and convex mirrors all points appear once at
+    /// The fate of pieces on which appearances end, on a path: in flat and convex mirrors all points appear once at
     /// the most, and end at silhouettes alone, so these are drawn whatever is wanted.
     pub(crate) fn ends_on(&self, path: &SpecularPath, wanted: Ends) -> Ends {
         let is_plain = |bounce: &Bounce| bounce.kind == BounceKind::Reflect && self.is_plain[bounce.object as usize];
