@@ -170,7 +170,10 @@ fn stopped_runs_go_on_to_the_same_file() {
     for (threads, after, shards) in [(1, 0, 1), (1, 5, 2), (2, 3, 1), (3, 7, 5), (2, 22, 40)] {
         let store = MemoryStore::default();
         let stop = AtomicBool::new(after == 0);
-        let on_unit = |done: &UnitDone<'_>| stop.store(done.done >= after, Ordering::Relaxed);
+        // Threads report in another order than they count: a late report of fewer units must not clear the flag.
+        let on_unit = |done: &UnitDone<'_>| {
+            stop.fetch_or(done.done >= after, Ordering::Relaxed);
+        };
         let options = RunOptions { stop: &stop, on_unit: &on_unit, ..RunOptions::default() };
         let report = on_threads(threads, || run(&plan, &store, &work, &options)).unwrap();
         assert!(report.made >= after && report.made < after + threads as u64, "{report:?}");
@@ -368,7 +371,9 @@ proptest! {
         let store = MemoryStore::default();
         for (index, count, after, threads, bad, at) in history {
             let stop = AtomicBool::new(false);
-            let on_unit = |done: &UnitDone<'_>| stop.store(done.done > after, Ordering::Relaxed);
+            let on_unit = |done: &UnitDone<'_>| {
+                stop.fetch_or(done.done > after, Ordering::Relaxed);
+            };
             let shard = Shard::new(index % count, count).unwrap();
             let options = RunOptions { shard, stop: &stop, on_unit: &on_unit, ..RunOptions::default() };
             on_threads(threads, || run(&plan, &store, &work(&plan), &options)).unwrap();
