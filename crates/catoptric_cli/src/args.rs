@@ -1,6 +1,7 @@
 //! The command line.
 
 mod pictures;
+mod project;
 mod scene;
 mod sequence;
 mod submit;
@@ -9,6 +10,7 @@ mod tools;
 mod variables;
 
 pub(crate) use pictures::{Bits, PictureArgs, SequenceArgs};
+pub(crate) use project::ProjectArgs;
 pub(crate) use scene::{ChoiceArgs, EnvironmentArgs, PoseArgs, SceneArgs, Shadows, ThinGlass, ViewArgs};
 pub(crate) use sequence::{Sequence, turn_about};
 pub(crate) use submit::BakeSubmitArgs;
@@ -21,7 +23,6 @@ pub(crate) use variables::{from_variables, name_variable, with_variables};
 use crate::parse::{self, Exposure, FileOrStream, Order};
 use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
-use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -100,19 +101,24 @@ pub(crate) enum Command {
         --points points.csv -o paths.csv\n  \
         catoptric project room.glb --camera 0 --size 640x480 --order 2 --jacobian \\\n      \
         --points points.npy -o paths.npy\n  \
-        catoptric project room.toml --points - -o - <points.csv | gzip >paths.csv.gz\n\n\
+        catoptric project room.toml --points - -o - <points.csv | gzip >paths.csv.gz\n  \
+        catoptric project room.glb --points grid:board:0.05 --camera camera.json \\\n      \
+        --direct -o paths.jsonl\n\n\
         Points: a table whose header names x, y and z (other columns are ignored), or of three numbers a row without \
         a header, separated by commas, semicolons, tabs or blanks, with # before comments; or an NPY array of N x 3 \
         floats or whole numbers. Scene units. Every coordinate must be a finite number of at most 1e12, else the row \
         is named.\n\n\
         Output: a row a path, by point and path length, with the columns point (from 0), kinds (R or T a bounce), \
         path, focal_index, path_length (optical), residual, image_x, image_y (of the first bounce), x1, y1, z1, x2, \
-        ... and, with --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row. CSV, or a \
+        ... and, with --jacobian, j11, j12, ... j33: d(first bounce point)/d(scene point), row by row; visible (1 if \
+        nothing hides the point along the path, walls neither), in_picture (1 within the picture of --size), \
+        blocked_by (the first object in the way) and, for grids, point_x, point_y, point_z. CSV, JSON lines, or a \
         structured NPY array (absent values are NaN there). image_x and image_y are in pixels from the upper left \
-        corner of the picture, y downwards: the middle of the first pixel is 0.5, 0.5. focal_index counts the focal \
+        corner of the picture, y downwards: the middle of the first pixel is 0.5, 0.5 (OpenCV's pixels, as in camera \
+        files, are smaller by 0.5). focal_index counts the focal \
         points that light passes on the path. A `>` in a name is written `\\>`; names that begin as formulas do have \
         an apostrophe before them in CSV. Points with infinitely many paths have no row. Only \
-        reflectors and lenses block.")]
+        reflectors and lenses keep a path from having a row.")]
     Project(Box<ProjectArgs>),
     /// Precompute what a method looks up, in units that survive interruptions
     #[command(after_help = "Examples:\n  \
@@ -537,64 +543,4 @@ pub(crate) struct InfoArgs {
     pub(crate) scene: SceneArgs,
     #[command(flatten)]
     pub(crate) format: JsonArgs,
-}
-
-#[derive(Args)]
-pub(crate) struct ProjectArgs {
-    /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
-    #[arg(value_name = "SCENE", help_heading = "Scene", display_order = 0)]
-    pub(crate) scene: PathBuf,
-    /// Limit paths to reflectors and lenses of this node or material name; others still block. What is neither is made
-    /// a mirror, as in `render` (repeat) [default: all]
-    #[arg(long, value_name = "NAME or GLOB", help_heading = "Scene", display_order = 1)]
-    pub(crate) reflector: Vec<String>,
-    /// Position of the eye [default: the camera's eye]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true)]
-    #[arg(help_heading = "View")]
-    pub(crate) eye: Option<DVec3>,
-    /// The points: .csv with the columns x, y, z, or .npy with N x 3 numbers; `-`: CSV from standard input
-    #[arg(long, value_name = "FILE", value_parser = parse::table_path, value_hint = ValueHint::FilePath)]
-    #[arg(help_heading = "Scene")]
-    pub(crate) points: FileOrStream,
-    /// File of the paths: .csv or .npy; `-`: CSV to standard output
-    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path, value_hint = ValueHint::FilePath)]
-    #[arg(help_heading = "Output")]
-    pub(crate) output: FileOrStream,
-    /// The most bounces on a path; at a lens both branches count
-    #[arg(long, value_name = "K", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=4))]
-    #[arg(help_heading = "Method")]
-    pub(crate) order: u32,
-    /// Picture size in pixels; fills image_x and image_y
-    #[arg(long, value_name = "WxH", value_parser = parse::size, help_heading = "View")]
-    pub(crate) size: Option<[u32; 2]>,
-    /// A camera of the scene; with --eye it is moved there [default: its first, else one that frames it]
-    #[arg(long, value_name = "NAME or INDEX", conflicts_with = "target", help_heading = "View")]
-    pub(crate) camera: Option<String>,
-    /// Point that the eye looks at, in place of the camera's direction
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true, requires = "eye")]
-    #[arg(help_heading = "View")]
-    pub(crate) target: Option<DVec3>,
-    /// Upward direction [default: 0,1,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "target")]
-    #[arg(help_heading = "View")]
-    pub(crate) up: Option<Vec3>,
-    /// Vertical field of view in degrees [default: the camera's; 40 with --target]
-    #[arg(long, value_name = "DEG", value_parser = parse::field_of_view, allow_hyphen_values = true)]
-    #[arg(help_heading = "View")]
-    pub(crate) fov: Option<f32>,
-    /// Add the derivative of the first bounce point
-    #[arg(long, help_heading = "Output")]
-    pub(crate) jacobian: bool,
-    /// Keep paths that a reflector, a lens or the surface itself blocks: all of one bounce on exact surfaces; on
-    /// meshes, and of more bounces, those found from rays that the eye sees
-    #[arg(long, help_heading = "Method")]
-    pub(crate) ignore_visibility: bool,
-    /// `exact`, or a method that projects points (it works with --size)
-    #[arg(long, value_name = "ID", default_value = "exact", help_heading = "Method", display_order = 0)]
-    pub(crate) method: String,
-    /// A setting of the method, over the scene's own (repeat)
-    #[arg(long, value_name = "KEY=VALUE", value_parser = parse::key_value, help_heading = "Method", display_order = 0)]
-    pub(crate) set: Vec<(String, String)>,
-    #[command(flatten)]
-    pub(crate) pose: PoseArgs,
 }

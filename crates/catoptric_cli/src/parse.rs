@@ -1,9 +1,11 @@
 //! Readers of option values; each message names what is allowed.
 
 mod pictures;
+mod points;
 mod stream;
 
 pub(crate) use pictures::{FramesWanted, NamePattern, Region, frames_per_second, frames_wanted, region};
+pub(crate) use points::{Grid, JSON_LINES, PointSource, points, table_path};
 pub(crate) use stream::{FileOrStream, file, file_or_stream, place};
 
 use catoptric::picture::PictureFormat;
@@ -77,13 +79,6 @@ pub(crate) fn exact_vector(text: &str) -> Result<DVec3, String> {
     let numbers = text.split(',').map(|part| part.trim().parse().map_err(|_| format!("`{part}` is not a number")));
     let numbers = numbers.collect::<Result<Vec<f64>, String>>()?;
     Ok(DVec3::from_slice(&numbers))
-}
-
-pub(crate) fn table_path(text: &str) -> Result<FileOrStream, String> {
-    match FileOrStream::from(PathBuf::from(text)) {
-        table if table == FileOrStream::Stream || table.has_extension("csv") || table.has_extension("npy") => Ok(table),
-        _ => Err("the name must end in .csv or .npy, or be `-`".into()),
-    }
 }
 
 pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {

@@ -1,82 +1,59 @@
 //! `catoptric project`: where scene points appear.
 
+mod camera;
+mod grid;
 mod input;
 mod npy;
 mod output;
+mod query;
 mod search;
 
 use crate::args::{EnvironmentArgs, ProjectArgs, Shadows, ViewArgs};
 use crate::failure::Failure;
+use crate::parse::PointSource;
 use crate::terminal::Terminal;
 use crate::{drawing, scene_source, settings};
+use camera::PinholeCamera;
 use catoptric::error::did_you_mean;
-use catoptric::methods::path_query::{FoundPath, PathSearch};
 use catoptric::methods::projection::find::path_visibility::PathVisibility;
 use catoptric::methods::projection::find::projected_paths::path_search;
-use catoptric::methods::projector::MAX_BOUNCES;
 use catoptric::methods::{self, Job, Quality};
-use catoptric::progress::{Cancelled, Progress, Silent};
+use catoptric::output as files;
+use catoptric::progress::Silent;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Model, Projection, Role, Scene, View};
-use catoptric::{output as files, parallel};
 use clap::ArgMatches;
 use glam::DVec3;
 use input::Points;
-use output::{Row, Table};
+use output::Table;
+use query::{PointCounts, Query, StreamError, stream};
 use std::io;
 use std::sync::Arc;
 
-/// Points that are read, projected and written together.
-const CHUNK: usize = 16_384;
-/// Points that a thread takes at a time.
-const PIECE: usize = 128;
 /// The size of the picture that approximate methods sample without `--size`.
 const DEFAULT_SIZE: [u32; 2] = [1280, 720];
 
-/// The counts of points by their outcome.
-#[derive(Clone, Copy, Default)]
-struct PointCounts {
-    points: u64,
-    reflections: u64,
-    without: u64,
-    infinite: u64,
-    cut_short: u64,
-}
-
-/// The search and view for every point.
-struct Query<'a> {
-    search: &'a dyn PathSearch,
-    /// `None` if nothing blocks, or if the search has left out blocked paths.
-    visibility: Option<PathVisibility<'a>>,
-    eye: DVec3,
-    /// The picture in which bounce points have their pixels.
-    view: Option<&'a View>,
-    table: &'a Table,
-    /// Where the scene's origin lies in the coordinates of points.
-    origin: DVec3,
-}
-
 pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal) -> Result<String, Failure> {
-    if args.method != search::EXACT {
-        methods::find(&args.method).map_err(Failure::usage)?;
-    } else if let Some((key, _)) = args.set.first() {
-        return Err(Failure::usage(format!("--set {key}: the exact search has no settings; choose a --method")));
-    }
-    if let (Some(points), Some(output)) = (args.points.path(), args.output.path())
-        && files::is_same_file(points, output)
-    {
-        return Err(Failure::usage(format!("{} is both --points and --output", points.display())));
-    }
-    if args.eye.is_some() && args.eye == args.target {
-        return Err(Failure::usage("--eye and --target are the same point: move one of them"));
-    }
+    check(args)?;
     let roles = scene_source::pose_roles(&args.pose, options)?;
     args.output.path().map_or(Ok(()), files::check_writable)?;
-    let mut points = Points::open(&args.points)?;
+    args.write_camera.as_deref().map_or(Ok(()), files::check_writable)?;
+    let table = match &args.points {
+        PointSource::Table(table) => Some(Points::open(table)?),
+        PointSource::Grid(_) => None,
+    };
     let model = model(args, terminal)?;
     let scene = Arc::new(pose(args, &model, roles)?);
-    let objects = objects(&scene, &args.reflector)?;
-    let (view, eye) = view(args, &scene)?;
+    let mut points = match (table, &args.points) {
+        (None, PointSource::Grid(grid)) => Points::listed(grid::points(grid, &scene)?),
+        (table, _) => table.ok_or_else(|| Failure::usage("--points: name a table"))?,
+    };
+    let objects = objects(&scene, args)?;
+    let Seen { view, eye, camera } = seen(args, &scene)?;
+    if let Some(path) = &args.write_camera {
+        let camera = camera.as_ref().ok_or_else(|| Failure::usage("--write-camera needs the picture's --size"))?;
+        camera.write(path, &scene)?;
+    }
 
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
     let chosen = match args.method.as_str() {
@@ -102,20 +79,69 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
         Some(frame) => path_search(frame.as_ref(), &job, eye, &objects)?
             .ok_or_else(|| Failure::input(format!("--method {}: it does not say where points appear", args.method)))?,
     };
-    let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, args.jacobian);
+    let of_grid = matches!(args.points, PointSource::Grid(_));
+    let table = Table::new(&args.output, search.paths(), &scene, args.order as usize, [args.jacobian, of_grid]);
     // The exact search looks itself.
     let visibility =
         (!args.ignore_visibility && args.method != search::EXACT).then(|| PathVisibility::of_scene(&scene));
-    let view = args.size.map(|_| &view);
-    let origin = scene.origin;
-    let query = Query { search: search.as_ref(), visibility, eye, view, table: &table, origin };
+    let (hiding, origin) = (PathVisibility::in_pictures(&scene), scene.origin);
+    let (search, direct) = (search.as_ref(), args.direct);
+    let query = Query { search, visibility, hiding, eye, camera, table: &table, direct, origin };
+    let counts = write(args, &query, &mut points, terminal)?;
+    terminal.warn(&model.warnings);
+    terminal.warn(scene_source::remark_on_media(&args.method, &scene).iter());
+    terminal.warn(cut_short_warning(&counts).iter());
+    Ok(terminal.closing(summary(args, &counts), std::slice::from_ref(&args.output)))
+}
 
+/// Refuses options that do not go together.
+fn check(args: &ProjectArgs) -> Result<(), Failure> {
+    if args.method != search::EXACT {
+        methods::find(&args.method).map_err(Failure::usage)?;
+        if args.camera_file().is_some() {
+            return Err(Failure::usage("--camera FILE.json works with the exact search: leave out --method"));
+        }
+    } else if let Some((key, _)) = args.set.first() {
+        return Err(Failure::usage(format!("--set {key}: the exact search has no settings; choose a --method")));
+    }
+    if args.camera_file().is_some() && args.fov.is_some() {
+        return Err(Failure::usage("--fov: the camera's file says it; leave it out"));
+    }
+    let outputs = [("--output", args.output.path()), ("--write-camera", args.write_camera.as_deref())];
+    let inputs = [("--points", args.points.path()), ("--camera", args.camera_file())];
+    for (output, written) in outputs {
+        for (input, read) in inputs {
+            if let (Some(written), Some(read)) = (written, read)
+                && files::is_same_file(written, read)
+            {
+                return Err(Failure::usage(format!("{} is both {input} and {output}", read.display())));
+            }
+        }
+    }
+    if let [(_, Some(one)), (_, Some(other))] = outputs
+        && files::is_same_file(one, other)
+    {
+        return Err(Failure::usage(format!("{} is both --output and --write-camera", one.display())));
+    }
+    if args.eye.is_some() && args.eye == args.target {
+        return Err(Failure::usage("--eye and --target are the same point: move one of them"));
+    }
+    Ok(())
+}
+
+/// Writes the answers for all points.
+fn write(
+    args: &ProjectArgs,
+    query: &Query<'_>,
+    points: &mut Points,
+    terminal: &Terminal,
+) -> Result<PointCounts, Failure> {
     // Errors of the points are distinguished from errors of the written file.
     let mut problem = None;
     let mut counts = PointCounts::default();
     let written = args.output.write(|writer| {
-        let mut sink = table.begin(writer)?;
-        let streamed = stream(&mut points, &query, terminal, |rows| sink.write(rows));
+        let mut sink = query.table.begin(writer)?;
+        let streamed = stream(points, query, terminal, |rows| sink.write(rows));
         match streamed {
             Ok(sum) => {
                 counts = sum;
@@ -132,14 +158,9 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
             Err(StreamError::Output(error)) => Err(error),
         }
     });
-    if let Some(problem) = problem {
-        return Err(problem);
-    }
+    problem.map_or(Ok(()), Err)?;
     written?;
-    terminal.warn(&model.warnings);
-    terminal.warn(scene_source::remark_on_media(&args.method, &scene).iter());
-    terminal.warn(cut_short_warning(&counts).iter());
-    Ok(terminal.closing(summary(args, &counts), std::slice::from_ref(&args.output)))
+    Ok(counts)
 }
 
 /// The scene's model, with the animation that plays.
@@ -179,17 +200,19 @@ fn made_mirrors(scene: &Scene, patterns: &[String]) -> Result<Vec<RoleRule>, Fai
 }
 
 /// The reflectors and lenses that paths may touch.
-fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
+fn objects(scene: &Scene, args: &ProjectArgs) -> Result<Vec<u32>, Failure> {
+    let (option, patterns) =
+        if args.only.is_empty() { ("--reflector", &args.reflector) } else { ("--only", &args.only) };
     let specular = scene.specular_objects();
     let name = |object: &u32| scene.objects[*object as usize].name.as_str();
-    if specular.is_empty() {
+    if specular.is_empty() && !args.direct {
         let remedy = "name some by --reflector or --lens, or by [role] in a scene file";
         return Err(Failure::input(format!("{}: no object is a reflector or lens: {remedy}", scene.name)));
     }
     let mut wanted = vec![patterns.is_empty(); scene.objects.len()];
     for pattern in patterns {
         let rule = RoleRule::new(pattern, Role::Reflector, None)
-            .map_err(|error| Failure::usage(format!("--reflector: {error}")))?;
+            .map_err(|error| Failure::usage(format!("{option}: {error}")))?;
         let matches = |object: &u32| rule.matches(name(object), &scene.material_of(*object).name);
         let found: Vec<u32> = specular.iter().copied().filter(matches).collect();
         if found.is_empty() {
@@ -198,7 +221,7 @@ fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
             let hint = did_you_mean(pattern, names.iter().copied());
             let known = names.join(", ");
             return Err(Failure::input(format!(
-                "{}: --reflector {pattern}: matches no object or material{hint}; reflectors and lenses are: {known}",
+                "{}: {option} {pattern}: matches no object or material{hint}; reflectors and lenses are: {known}",
                 scene.name
             )));
         }
@@ -209,12 +232,23 @@ fn objects(scene: &Scene, patterns: &[String]) -> Result<Vec<u32>, Failure> {
     Ok(specular.into_iter().filter(|object| wanted[*object as usize]).collect())
 }
 
-/// The view in which bounce points have their pixels, and the exact eye.
-fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
+/// The eye, and the pictures that it sees.
+struct Seen {
+    /// The view that approximate methods sample.
+    view: View,
+    /// The exact eye, in the scene's coordinates.
+    eye: DVec3,
+    /// The camera in whose picture bounce points have their pixels.
+    camera: Option<PinholeCamera>,
+}
+
+fn seen(args: &ProjectArgs, scene: &Scene) -> Result<Seen, Failure> {
     let eye = args.eye;
+    let local = |eye: DVec3| eye - scene.origin;
+    let read = args.camera_file().map(|path| PinholeCamera::read(path, args.size, scene)).transpose()?;
     let view_args = ViewArgs {
         size: args.size.unwrap_or(DEFAULT_SIZE),
-        camera: args.camera.clone(),
+        camera: args.camera.clone().filter(|_| read.is_none()),
         eye: eye.filter(|_| args.target.is_some()),
         target: args.target,
         up: args.up,
@@ -222,7 +256,14 @@ fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
     };
     let mut camera = drawing::camera(&view_args, scene)?;
     if let Some(eye) = eye {
-        camera.world_from_camera.translation = (eye - scene.origin).as_vec3().into();
+        camera.world_from_camera.translation = local(eye).as_vec3().into();
+    }
+    if let Some(read) = read {
+        let camera_of_file = eye.map_or(read.clone(), |eye| read.moved_to(local(eye)));
+        let [width, height] = view_args.size;
+        camera.projection = Projection::Perspective { fov_y: 1.0 };
+        let view = scene.view(&camera, width, height);
+        return Ok(Seen { view, eye: camera_of_file.eye, camera: Some(camera_of_file) });
     }
     if let Projection::Orthographic { .. } = camera.projection
         && (eye.is_none() || args.size.is_some())
@@ -233,77 +274,9 @@ fn view(args: &ProjectArgs, scene: &Scene) -> Result<(View, DVec3), Failure> {
     }
     let [width, height] = view_args.size;
     let view = scene.view(&camera, width, height);
-    let exact_eye = args.eye.map_or_else(|| view.eye().as_dvec3(), |eye| eye - scene.origin);
-    Ok((view, exact_eye))
-}
-
-enum StreamError {
-    Cancelled(Cancelled),
-    Points(Failure),
-    Output(io::Error),
-}
-
-/// Reads, projects and writes chunk by chunk: the next is read while one is projected.
-fn stream(
-    points: &mut Points,
-    query: &Query<'_>,
-    progress: &dyn Progress,
-    mut write: impl FnMut(&[u8]) -> io::Result<()>,
-) -> Result<PointCounts, StreamError> {
-    let mut counts = PointCounts::default();
-    let mut chunk = points.read(CHUNK).map_err(StreamError::Points)?;
-    while !chunk.is_empty() {
-        let first = counts.points;
-        let (pieces, next) = rayon::join(|| query.answer(first, &chunk), || points.read(CHUNK));
-        for (rows, piece) in &pieces {
-            write(rows).map_err(StreamError::Output)?;
-            counts.points += piece.points;
-            counts.reflections += piece.reflections;
-            counts.without += piece.without;
-            counts.infinite += piece.infinite;
-            counts.cut_short += piece.cut_short;
-        }
-        chunk = next.map_err(StreamError::Points)?;
-        progress.at("projecting", points.bytes_read(), points.total_bytes()).map_err(StreamError::Cancelled)?;
-    }
-    Ok(counts)
-}
-
-impl Query<'_> {
-    /// The rows of a chunk of points, in pieces, in order.
-    fn answer(&self, first: u64, chunk: &[DVec3]) -> Vec<(Vec<u8>, PointCounts)> {
-        parallel::map_init_collect(chunk.len().div_ceil(PIECE), Vec::new, |found, piece| {
-            let start = piece * PIECE;
-            let points = &chunk[start..(start + PIECE).min(chunk.len())];
-            let mut rows = self.table.rows();
-            let mut counts = PointCounts { points: points.len() as u64, ..PointCounts::default() };
-            for (index, &point) in points.iter().enumerate() {
-                found.clear();
-                let point = point - self.origin;
-                let outcome = self.search.search(point, found);
-                counts.cut_short += u64::from(outcome.cut_short);
-                if outcome.infinite {
-                    counts.infinite += 1;
-                    continue;
-                }
-                found.retain(|path| self.is_visible(path, point));
-                counts.reflections += found.len() as u64;
-                counts.without += u64::from(found.is_empty());
-                for path in found.iter() {
-                    let image = self.view.and_then(|view| view.pixel_of_exact(path.bounce_points[0]));
-                    rows.push(&Row { point: first + (start + index) as u64, path, image });
-                }
-            }
-            (rows.into_bytes(), counts)
-        })
-    }
-
-    fn is_visible(&self, path: &FoundPath, point: DVec3) -> bool {
-        self.visibility.as_ref().is_none_or(|visibility| {
-            let bounces = &path.bounce_points[..path.bounce_count.min(MAX_BOUNCES)];
-            visibility.is_visible(self.eye, point, &self.search.paths()[path.path as usize], bounces)
-        })
-    }
+    let eye = eye.map_or_else(|| view.eye().as_dvec3(), local);
+    let camera = args.size.and_then(|_| PinholeCamera::of_view(&view)).map(|camera| camera.moved_to(eye));
+    Ok(Seen { view, eye, camera })
 }
 
 /// The warning about searches that a limit has cut short.
@@ -314,10 +287,11 @@ fn cut_short_warning(counts: &PointCounts) -> Option<String> {
 }
 
 fn summary(args: &ProjectArgs, counts: &PointCounts) -> String {
-    let PointCounts { points, reflections, without, infinite, .. } = counts;
+    let PointCounts { points, reflections, in_sight, without, infinite, .. } = counts;
     let output = args.output.output_name();
+    let direct = if args.direct { format!(", {in_sight} points in direct sight") } else { String::new() };
     format!(
         "{output}: {points} points, {reflections} reflections, {without} points without any, {infinite} points with \
-        infinitely many\n"
+        infinitely many{direct}\n"
     )
 }

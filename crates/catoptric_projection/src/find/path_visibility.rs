@@ -14,7 +14,7 @@ const CLEARANCE: f64 = 16.0 * f32::EPSILON as f64;
 /// chosen, not measured.
 const MAX_TOUCHES: usize = 16;
 
-/// Tells which paths are free: reflectors and lenses of the whole scene block, diffuse objects do not.
+/// Tells which paths are free, and what blocks the others.
 ///
 /// Segments are tested with single-precision rays (analytic surfaces in double precision). At its bounces a segment
 /// ends a little above the surface, on the side from which it comes, so that neither rounding nor grazing incidence
@@ -44,24 +44,36 @@ impl<'a> PathVisibility<'a> {
         Self::new(scene, Tracer::build(scene, |object| scene.role_of(object).is_specular()))
     }
 
+    /// Visibility among all that hides points in a picture: reflectors, lenses, and surfaces that let no light pass.
+    pub fn in_pictures(scene: &'a Scene) -> Self {
+        let hides = |object| scene.role_of(object).is_specular() || !scene.material_of(object).lets_light_pass();
+        Self::new(scene, Tracer::build(scene, hides))
+    }
+
     /// True if nothing blocks the path from the eye over the bounce points (one for each bounce of `path`) to `point`.
     pub fn is_visible(&self, eye: DVec3, point: DVec3, path: &SpecularPath, bounce_points: &[DVec3]) -> bool {
+        self.first_blocker(eye, point, &path.bounces, bounce_points).is_none()
+    }
+
+    /// The first object from the eye that blocks the path over the bounce points, one for each bounce, to `point`.
+    pub fn first_blocker(&self, eye: DVec3, point: DVec3, bounces: &[Bounce], bounce_points: &[DVec3]) -> Option<u32> {
         let mut start = End { point: eye, free: true };
-        for (index, (bounce, &at)) in path.bounces.iter().zip(bounce_points).enumerate() {
+        for (index, (bounce, &at)) in bounces.iter().zip(bounce_points).enumerate() {
             let before = if index == 0 { eye } else { bounce_points[index - 1] };
-            let after = bounce_points.get(index + 1).copied().filter(|_| index + 1 < path.bounces.len());
+            let after = bounce_points.get(index + 1).copied().filter(|_| index + 1 < bounces.len());
             let [back, on] = [before, after.unwrap_or(point)].map(|end| (end - at).normalize_or_zero());
             let normal = self.normal(*bounce, at, back, on);
             let above = |direction: DVec3| {
                 let size = (at.abs().max_element()).max(before.abs().max_element());
                 at + normal * (CLEARANCE * size).copysign(normal.dot(direction))
             };
-            if !self.segment_is_free(start, End { point: above(back), free: false }) {
-                return false;
+            let blocker = self.blocker_between(start, End { point: above(back), free: false });
+            if blocker.is_some() {
+                return blocker;
             }
             start = End { point: above(on), free: false };
         }
-        self.segment_is_free(start, End { point, free: true })
+        self.blocker_between(start, End { point, free: true })
     }
 
     /// A unit vector across the surface at a bounce, on either side.
@@ -101,28 +113,29 @@ impl<'a> PathVisibility<'a> {
         best.map(|(_, normal)| normal)
     }
 
-    fn segment_is_free(&self, start: End, end: End) -> bool {
+    /// The first object that blocks a segment.
+    fn blocker_between(&self, start: End, end: End) -> Option<u32> {
         let between = end.point - start.point;
         let length = between.length();
-        let Some(direction) = between.try_normalize() else { return true };
+        let direction = between.try_normalize()?;
         let ray = Ray { origin: start.point.as_vec3(), direction: direction.as_vec3() };
         let size = start.point.abs().max_element().max(end.point.abs().max_element());
         let clearance = CLEARANCE * size;
         let mut near = 0.0;
         for _ in 0..MAX_TOUCHES {
-            let Some(hit) = self.tracer.first_hit(self.scene, &ray, near) else { return true };
+            let hit = self.tracer.first_hit(self.scene, &ray, near)?;
             if f64::from(hit.distance()) >= length {
-                return true;
+                return None;
             }
             let at = self.tracer.encounter(self.scene, &ray, &hit, None).point;
-            let (normal, at) = (at.geometric_normal.as_dvec3(), at.position.as_dvec3());
+            let (object, normal, at) = (at.object, at.geometric_normal.as_dvec3(), at.position.as_dvec3());
             let touches = |end: &End| end.free && normal.dot(end.point - at).abs() <= clearance;
             if !(touches(&start) || touches(&end)) {
-                return false;
+                return Some(object);
             }
             near = beyond(&hit, clearance as f32);
         }
-        true
+        None
     }
 }
 

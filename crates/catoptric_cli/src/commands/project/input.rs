@@ -2,16 +2,20 @@
 
 use super::npy::Header;
 use crate::failure::Failure;
-use crate::parse::FileOrStream;
+use crate::parse::{FileOrStream, JSON_LINES};
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use glam::DVec3;
+use serde::Deserialize;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 
 /// Coordinates beyond this are taken for slips, as in scenes: squares of distances must stay finite.
 const MAX_COORDINATE: f64 = 1e12;
 
-/// A file of points that is being read.
+/// The longest line of JSON, in bytes.
+const MOST_LINE: u64 = 1 << 16;
+
+/// Points that are being read.
 pub(super) struct Points {
     name: String,
     total_bytes: u64,
@@ -20,7 +24,10 @@ pub(super) struct Points {
 
 enum Source {
     Csv(Box<CsvPoints>),
+    JsonLines(JsonPoints),
     Npy(NpyPoints),
+    /// Points that are known already.
+    List(std::vec::IntoIter<DVec3>),
 }
 
 struct CsvPoints {
@@ -32,6 +39,21 @@ struct CsvPoints {
     /// The record is a row of points that waits for its turn.
     waits: bool,
     record: ByteRecord,
+}
+
+struct JsonPoints {
+    reader: BufReader<File>,
+    text: Vec<u8>,
+    line: u64,
+    bytes: u64,
+}
+
+/// A point as a line of JSON; other keys are ignored.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum JsonPoint {
+    Named { x: f64, y: f64, z: f64 },
+    Listed([f64; 3]),
 }
 
 struct NpyPoints {
@@ -62,7 +84,14 @@ enum Format {
 }
 
 impl Points {
-    /// Opens a `.csv` or `.npy` file, or standard input with CSV, and checks its header.
+    /// Points that are known already.
+    pub(super) fn listed(points: Vec<DVec3>) -> Self {
+        let name = "the grid".to_owned();
+        Self { name, total_bytes: points.len() as u64, source: Source::List(points.into_iter()) }
+    }
+
+    /// Opens a file of a table, of JSON lines or of an array by its extension, or standard input with a table, and
+    /// checks its header.
     pub(super) fn open(input: &FileOrStream) -> Result<Self, Failure> {
         let name = input.input_name();
         let fail = |error: io::Error| Failure::input(format!("{name}: cannot read it: {error}"));
@@ -72,7 +101,12 @@ impl Points {
             return Err(Failure::input(format!("{name}: cannot read it: it is a folder")));
         }
         let is_array = input.has_extension("npy");
-        let source = if is_array { NpyPoints::open(file).map(Source::Npy) } else { CsvPoints::open(file) };
+        let is_json = JSON_LINES.iter().any(|extension| input.has_extension(extension));
+        let source = match is_array {
+            true => NpyPoints::open(file).map(Source::Npy),
+            false if is_json => Ok(Source::JsonLines(JsonPoints::new(file))),
+            false => CsvPoints::open(file),
+        };
         let source = source.map_err(|problem| Failure::input(format!("{name}: {problem}")))?;
         Ok(Self { name, total_bytes: metadata.len(), source })
     }
@@ -86,6 +120,8 @@ impl Points {
     pub(super) fn bytes_read(&self) -> u64 {
         match &self.source {
             Source::Csv(csv) => csv.reader.position().byte(),
+            Source::JsonLines(json) => json.bytes,
+            Source::List(points) => self.total_bytes - points.len() as u64,
             Source::Npy(npy) => npy.next * 3 * npy.kind.bytes as u64,
         }
     }
@@ -96,6 +132,8 @@ impl Points {
         while points.len() < count {
             let next = match &mut self.source {
                 Source::Csv(csv) => csv.next(),
+                Source::JsonLines(json) => json.next(),
+                Source::List(points) => Ok(points.next()),
                 Source::Npy(npy) => npy.next(),
             };
             match next {
@@ -105,7 +143,8 @@ impl Points {
                     // Lines are counted only for messages.
                     let line = match &mut self.source {
                         Source::Csv(csv) => csv.line(),
-                        Source::Npy(_) => String::new(),
+                        Source::JsonLines(json) => format!("line {}: ", json.line),
+                        Source::Npy(_) | Source::List(_) => String::new(),
                     };
                     return Err(Failure::input(format!("{}: {line}{problem}", self.name)));
                 }
@@ -181,6 +220,36 @@ impl CsvPoints {
         let file = self.reader.get_mut();
         let lines = file.rewind().and_then(|()| line_at(&mut BufReader::new(file).take(end)));
         lines.map_or(String::new(), |line| format!("line {}: ", line.saturating_sub(inner as u64)))
+    }
+}
+
+impl JsonPoints {
+    fn new(file: File) -> Self {
+        Self { reader: BufReader::with_capacity(1 << 16, file), text: Vec::new(), line: 0, bytes: 0 }
+    }
+
+    fn next(&mut self) -> Result<Option<DVec3>, String> {
+        loop {
+            self.text.clear();
+            let read = self.reader.by_ref().take(MOST_LINE).read_until(b'\n', &mut self.text);
+            let read = read.map_err(|error| format!("cannot read it: {error}"))? as u64;
+            if read == 0 {
+                return Ok(None);
+            }
+            self.line += 1;
+            self.bytes += read;
+            if read == MOST_LINE && !self.text.ends_with(b"\n") {
+                return Err(format!("the line is longer than {MOST_LINE} bytes"));
+            }
+            if self.text.trim_ascii().is_empty() {
+                continue;
+            }
+            let [x, y, z] = match serde_json::from_slice(&self.text) {
+                Ok(JsonPoint::Named { x, y, z } | JsonPoint::Listed([x, y, z])) => [x, y, z].map(checked),
+                Err(_) => return Err("a point is {\"x\": 1, \"y\": 2, \"z\": 3} or [1, 2, 3]".into()),
+            };
+            return Ok(Some(DVec3::new(x?, y?, z?)));
+        }
     }
 }
 

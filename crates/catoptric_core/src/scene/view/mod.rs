@@ -4,7 +4,7 @@ mod framing;
 
 use crate::math::Aabb;
 use crate::math::portable::PortableMath;
-use glam::{Affine3A, DAffine3, DVec2, DVec3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
+use glam::{Affine3A, DAffine3, DMat3, DVec2, DVec3, Mat3, Mat3A, Vec2, Vec3, Vec3A};
 
 /// A camera's map from directions to the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -338,6 +338,14 @@ impl PreciseView {
             along[k] = center[1] + (x * down.x + y * down.y + z * down.z) * scale;
         }
         [across, along]
+    }
+
+    /// The matrix that turns a point, as seen from the eye, into its place in pixels times depth, and its depth;
+    /// returns `None` for parallel rays.
+    pub fn homogeneous(&self) -> Option<DMat3> {
+        let [across, along] = self.center;
+        let rows = DMat3::from_cols(self.right + self.forward * across, self.down + self.forward * along, self.forward);
+        self.perspective.then(|| rows.transpose())
     }
 
     /// The change of the place with a step of the point: one gradient for x and one for y, in pixels a unit.

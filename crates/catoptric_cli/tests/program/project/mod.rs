@@ -1,5 +1,7 @@
 //! `catoptric project` as its users meet it: tables in, tables out, messages.
 
+mod measured;
+
 use crate::workplace::Workplace;
 use std::fmt::Write as _;
 
@@ -101,7 +103,7 @@ fn reflections_are_where_the_mirrored_points_are_seen() {
     assert!(said.contains("3 points, 8 reflections, 1 points without any, 0 points"), "{said}");
     let (header, rows) = place.table();
     let expected = "point,kinds,path,focal_index,path_length,residual,image_x,image_y,x1,y1,z1,x2,y2,z2,\
-                    j11,j12,j13,j21,j22,j23,j31,j32,j33";
+                    j11,j12,j13,j21,j22,j23,j31,j32,j33,visible,in_picture,blocked_by";
     assert_eq!(header.join(","), expected);
     assert_eq!(rows.iter().map(|row| row[0].as_str()).collect::<String>(), "00002222");
     // The images of the first point in the floor, the ceiling, and both in either order; the shortest path first.
@@ -255,8 +257,12 @@ fn arrays_have_the_values_of_text() {
             let bytes = &bytes[at..at + size];
             at += size;
             match *name {
-                "point" | "focal_index" => assert_eq!(u64::from_le_bytes(bytes.try_into().unwrap()).to_string(), *cell),
-                "kinds" | "path" => assert_eq!(String::from_utf8_lossy(bytes).trim_end_matches('\0'), cell),
+                "point" | "focal_index" | "visible" => {
+                    assert_eq!(u64::from_le_bytes(bytes.try_into().unwrap()).to_string(), *cell)
+                }
+                "kinds" | "path" | "blocked_by" => {
+                    assert_eq!(String::from_utf8_lossy(bytes).trim_end_matches('\0'), cell)
+                }
                 name => {
                     let value = f64::from_le_bytes(bytes.try_into().unwrap());
                     let same = if cell.is_empty() { value.is_nan() } else { value == number(cell) };
@@ -365,8 +371,8 @@ fn wrong_usage_ends_with_2_and_wrong_input_with_1() {
         (&["--method", "no_such"], "no_such"),
         (&["--method", "exact", "--set", "a=1"], "no settings"),
         (&["--set", "no_such=1"], "no_such"),
-        (&["--points", "in.txt"], ".csv or .npy"),
-        (&["-o", "out.txt"], ".csv or .npy"),
+        (&["--points", "in.txt"], ".csv, .npy or .jsonl"),
+        (&["-o", "out.txt"], ".csv, .npy or .jsonl"),
         (&["-o", "in.csv"], "both"),
         (&["--size", "64"], "WxH"),
     ];
