@@ -3,7 +3,7 @@
 use crate::args::{DrawArgs, Motion, SceneArgs, Sequence, Shadows, ViewArgs, turn_about};
 use crate::backend::{Gpu, processor};
 use crate::baked;
-use crate::failure::Failure;
+use crate::failure::{Failure, memory};
 use crate::parse::Order;
 use crate::scene_source;
 use crate::settings::Chosen;
@@ -122,6 +122,7 @@ impl<'a> Shot<'a> {
         if view.eye.is_some() && view.eye == view.target {
             return Err(Failure::usage("--eye and --target are the same point: move one of them"));
         }
+        memory::check_picture(view.size)?;
         let gpu = Gpu::open(draw)?;
         let start = Instant::now();
         let bakes = baked::open(&draw.baked)?;

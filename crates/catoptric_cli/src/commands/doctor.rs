@@ -3,7 +3,7 @@
 use super::{columns, pretty};
 use crate::args::JsonArgs;
 use crate::backend;
-use crate::failure::Failure;
+use crate::failure::{Failure, memory};
 
 #[derive(serde::Serialize)]
 struct Machine {
@@ -30,8 +30,8 @@ pub(crate) fn run(args: &JsonArgs) -> Result<String, Failure> {
         cores: std::thread::available_parallelism().map_or(1, |cores| cores.get()),
         threads: catoptric::parallel::thread_count(),
         simd: simd(),
-        memory_bytes: memory("MemTotal"),
-        memory_available_bytes: memory("MemAvailable"),
+        memory_bytes: memory::of_system("MemTotal"),
+        memory_available_bytes: memory::of_system("MemAvailable"),
         gpu: cfg!(feature = "gpu"),
         adapters: backend::describe(),
         methods: catoptric::methods::all().len(),
@@ -79,12 +79,4 @@ fn simd() -> Vec<&'static str> {
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 fn simd() -> Vec<&'static str> {
     Vec::new()
-}
-
-/// A line of the system's memory table, where it has one.
-fn memory(name: &str) -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find(|line| line.split(':').next() == Some(name))?;
-    let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kibibytes * 1024)
 }

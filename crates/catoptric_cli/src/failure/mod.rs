@@ -1,5 +1,6 @@
 //! The ends of the program other than success: messages and exit codes.
 
+pub(crate) mod memory;
 pub(crate) mod text;
 
 use catoptric::output;

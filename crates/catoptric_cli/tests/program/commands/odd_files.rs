@@ -110,6 +110,9 @@ fn limits_and_signals_of_the_system_are_respected() {
     // A limit of 8 kB on files, and a picture of more.
     let (code, message) = shell("ulimit -f 8; exec PROGRAM render scene.toml -o a.exr --size 64x64 --samples 1");
     assert!(code == Some(1) && message.contains("a.exr"), "{code:?} {message}");
+    // A picture for which there is no memory is refused before it is drawn.
+    let (code, message) = shell("ulimit -v 3000000; exec PROGRAM render scene.toml -o b.png --size 16384x8192");
+    assert!(code == Some(1) && message.contains("needs 4.5 GiB of memory"), "{code:?} {message}");
     // Signals that are ignored at the start stay ignored.
     let (code, message) = shell(
         "trap '' HUP; PROGRAM render scene.toml -o a.png --method reference --samples 256 --size 96x64 & \

@@ -54,7 +54,7 @@ const PICTURES: [Task; 22] = [
 ];
 
 /// Measuring, finding and learning.
-const OTHERS: [Task; 18] = [
+const OTHERS: [Task; 22] = [
     (&["diff", "l.exr", "truth.exr"], &[], "FLIP mean"),
     (&["diff", "l.exr", "truth.exr", "-o", "heat.png"], &["heat.png"], "RMSE"),
     (&["diff", "l.exr", "l.exr", "--max-flip", "0"], &[], "0 of 384 pixels"),
@@ -68,6 +68,20 @@ const OTHERS: [Task; 18] = [
     (&["project", "scene.toml", "--reflector", "ball", "--points", "x.csv", "-o", "-"], &[], "0,R,ball"),
     (&["project", "scene.toml", "--size", "640x480", "--points", "x.csv", "-o", "px.csv"], &["px.csv"], ""),
     (&["project", "scene.toml", "--jacobian", "--points", "x.csv", "-o", "px.npy"], &["px.npy"], ""),
+    // In my calibrated camera, of a whole surface, with what hides it.
+    (&["project", "scene.toml", "--points", "x.csv", "--camera", "c.json", "-o", "pc.csv"], &["pc.csv"], ""),
+    (
+        &["project", "p.obj", "--reflector", "*", "--points", "grid:pyramid:0.2", "--direct", "-o", "g.jsonl"],
+        &["g.jsonl"],
+        "in direct sight",
+    ),
+    (
+        &["project", "scene.toml", "--size", "64x48", "--points", "x.csv", "--write-camera", "w.json", "-o", "-"],
+        &["w.json"],
+        "blocked_by",
+    ),
+    // A scene that I write myself.
+    (&["info", "mine.toml"], &[], "board"),
     (&["info", "p.obj"], &[], "pyramid"),
     (&["info", "scene.toml", "--json"], &[], "\"objects\""),
     (&["scenes"], &[], "sphere_room"),
@@ -85,13 +99,19 @@ const OTHERS: [Task; 18] = [
 ];
 
 #[test]
-fn forty_tasks_take_one_command_each() {
+fn tasks_take_one_command_each() {
     let place = Workplace::new();
     place.write("p.obj", OBJ);
     place.write("m.mtl", MTL);
     place.write("m.stl", STL);
     place.write("m.ply", PLY);
     place.write("x.csv", "x,y,z\n2,0.5,1\n");
+    place.write("mine.toml", "[[object]]\nname = \"board\"\nshape = \"quad\"\nsize = [1, 1]\n");
+    place.write(
+        "c.json",
+        r#"{"width": 64, "height": 48, "K": [[50, 0, 32], [0, 50, 24], [0, 0, 1]],
+            "R": [[1, 0, 0], [0, -1, 0], [0, 0, -1]], "t": [0, 1, 4]}"#,
+    );
     let sky = image_of_light();
     place.write("l.hdr", sky);
     let with_size = PICTURES.iter().map(|(words, files, said)| ([words, &SMALL[..]].concat(), files, said));
