@@ -175,17 +175,13 @@ impl Scene {
     }
 
     /// The order that the scene needs: light passes a glass by four surfaces, and what stands behind another one by
-    /// eight; mirrors show what they do in mirrors.
+    /// eight. Mirrors show mirrors, and most paths end before they have met eight. Rough and coated surfaces, whose
+    /// every reflection branches, weaken light at each of them.
     pub fn order_needed(&self) -> u32 {
         let materials = || self.objects.iter().map(|object| &self.materials[object.material as usize]);
         let passes = |material: &Material| material.lobes().is_some_and(|lobes| lobes.transmission > 0.0);
-        if materials().any(|material| material.role == Role::Lens || passes(material)) {
-            8
-        } else if materials().any(|material| material.lobes().is_some()) {
-            4
-        } else {
-            2
-        }
+        let has_glass = materials().any(|material| material.role == Role::Lens || passes(material));
+        if !has_glass && materials().any(|material| material.lobes().is_some()) { 4 } else { 8 }
     }
 
     /// The distance within which nothing is drawn: a hundred millionth of the scene's size, for rays and triangles

@@ -131,3 +131,16 @@ fn image_of_light() -> Vec<u8> {
     bytes.extend([128, 128, 128, 129].repeat(8));
     bytes
 }
+
+#[test]
+fn mirrors_in_mirrors_are_drawn_without_being_asked_for() {
+    let place = Workplace::new();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes/kaleidoscope.toml");
+    let draw = |output: &str, more: &[&str]| {
+        place.ok(&[&["render", scene, "--size", "32x32", "--samples", "1", "-o", output], more].concat());
+        place.bytes(output)
+    };
+    let all = draw("all.png", &["--order", "16"]);
+    assert!(draw("few.png", &["--order", "2"]) != all);
+    assert!(draw("of-itself.png", &[]) == all);
+}
