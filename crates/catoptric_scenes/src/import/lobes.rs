@@ -1,5 +1,6 @@
 //! Roles and lobes of materials by their properties, the same for all kinds of files.
 
+use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::{AlphaMode, Lobes, Material, Role};
 use glam::Vec3;
 
@@ -17,6 +18,16 @@ pub(super) struct Details {
     pub(super) has_transmission_texture: bool,
     /// A reflectance of dielectrics that is not that of the index of refraction.
     pub(super) has_specular: bool,
+}
+
+/// What a volume absorbs along a unit of length, from the colour that white light has after a distance.
+pub(super) fn absorption(color: Vec3, distance: f32) -> Vec3 {
+    if !(distance.is_finite() && distance > 0.0 && color.is_finite()) {
+        return Vec3::ZERO;
+    }
+    // Black would absorb infinitely much; colours beyond reason would poison the picture.
+    let absorption = -color.clamp(Vec3::splat(1e-6), Vec3::ONE).map(f32::logarithm) / distance;
+    absorption.clamp(Vec3::ZERO, Vec3::splat(1e6))
 }
 
 /// Plain mirrors and plain glass get roles; what else reflects or lets light pass gets lobes. The material has its

@@ -1,6 +1,7 @@
 //! Typed access to the keys of a TOML table, with errors that name the line.
 
 use catoptric_core::error::{SceneError, did_you_mean};
+use glam::Vec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -127,6 +128,16 @@ impl<'t, 'i> Keys<'t, 'i> {
         match number_of(value.get_ref()) {
             Some(value) => Ok(Some(Located { begin, value })),
             None => Err(self.wrong(key, begin, format!("must be a finite number, not {}", kind_of(value)))),
+        }
+    }
+
+    /// A colour whose channels are from 0 to `most`.
+    pub(super) fn color(&mut self, key: &'static str, most: f64) -> Result<Option<Vec3>, SceneError> {
+        match self.numbers::<3>(key)? {
+            Some(at) if !at.value.iter().all(|share| (0.0..=most).contains(share)) => {
+                Err(self.wrong(key, at.begin, format!("{:?}; allowed is 0 to {most}", at.value)))
+            }
+            at => Ok(at.map(|at| Vec3::from(at.value.map(|share| share as f32)))),
         }
     }
 

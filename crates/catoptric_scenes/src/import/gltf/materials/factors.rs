@@ -1,10 +1,9 @@
 //! What a material's factors say: its facets, its role or its lobes.
 
-use super::super::super::lobes::{Details, give_role_or_lobes};
+use super::super::super::lobes::{self, Details, give_role_or_lobes};
 use super::super::schema::{self, Material as MaterialEntry};
 use super::super::source::Source;
 use catoptric_core::error::SceneError;
-use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::{AlphaMode, Film, Lobes, Material, Microfacets};
 use glam::{Vec3, Vec4};
 use std::borrow::Cow;
@@ -170,13 +169,7 @@ pub(super) fn with_metallic_roughness<'e>(
 /// Beer-Lambert absorption a unit of length; zero if the distance is infinite or invalid.
 fn absorption(volume: &schema::Volume) -> Vec3 {
     let color = Vec3::from(volume.attenuation_color.unwrap_or([1.0; 3]));
-    let distance = volume.attenuation_distance.unwrap_or(f32::INFINITY);
-    if !(distance.is_finite() && distance > 0.0 && color.is_finite()) {
-        return Vec3::ZERO;
-    }
-    // Black would absorb infinitely much.
-    let absorption = -color.clamp(Vec3::splat(1e-6), Vec3::ONE).map(f32::logarithm) / distance;
-    finite3(absorption)
+    lobes::absorption(color, volume.attenuation_distance.unwrap_or(f32::INFINITY))
 }
 
 /// Colours beyond reason (or not numbers) would swamp or poison the picture.

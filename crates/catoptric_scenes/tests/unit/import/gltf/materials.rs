@@ -319,3 +319,81 @@ fn a_variant_has_the_materials_that_its_mappings_name() {
     let error = from_slice_as("test.glb", &broken.glb(), &NoFiles, Some("Gold")).unwrap_err().to_string();
     assert!(error.contains("KHR_materials_variants.mappings[0].material"), "{error}");
 }
+
+/// The finish of objects in scene files is that of glTF's materials of the same factors.
+#[test]
+fn objects_of_scene_files_have_the_same_finish() {
+    let cases = [
+        ("metallic = 1\nroughness = 0.4", json!({ "pbrMetallicRoughness": { "roughnessFactor": 0.4 } })),
+        ("metallic = 1\nroughness = 0", json!({ "pbrMetallicRoughness": { "roughnessFactor": 0 } })),
+        (
+            "roughness = 0.1\ncoat = 0.7\ncoat_roughness = 0.2\nemission = [0, 0.5, 1]",
+            json!({
+                "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0.1 },
+                "emissiveFactor": [0, 0.5, 1],
+                "extensions": { "KHR_materials_clearcoat": { "clearcoatFactor": 0.7, "clearcoatRoughnessFactor": 0.2 } }
+            }),
+        ),
+        (
+            "roughness = 0\nior = 1.33\ntransmission = 1\nattenuation_color = [0.5, 0.9, 1]\nattenuation_distance = 2",
+            json!({
+                "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0 },
+                "extensions": {
+                    "KHR_materials_ior": { "ior": 1.33 },
+                    "KHR_materials_transmission": { "transmissionFactor": 1 },
+                    "KHR_materials_volume": {
+                        "thicknessFactor": 1, "attenuationColor": [0.5, 0.9, 1], "attenuationDistance": 2
+                    }
+                }
+            }),
+        ),
+        (
+            "roughness = 0.3\ntransmission = 0.5\nthin = true",
+            json!({
+                "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0.3 },
+                "extensions": { "KHR_materials_transmission": { "transmissionFactor": 0.5 } }
+            }),
+        ),
+        (
+            "roughness = 0\ntransmission = 1\ndispersion = 0.5",
+            json!({
+                "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0 },
+                "extensions": {
+                    "KHR_materials_transmission": { "transmissionFactor": 1 },
+                    "KHR_materials_volume": { "thicknessFactor": 1 },
+                    "KHR_materials_dispersion": { "dispersion": 0.5 }
+                }
+            }),
+        ),
+        (
+            "roughness = 0.9\nsheen = [0.2, 0.3, 0.4]\nsheen_roughness = 0.5",
+            json!({
+                "pbrMetallicRoughness": { "metallicFactor": 0, "roughnessFactor": 0.9 },
+                "extensions": {
+                    "KHR_materials_sheen": { "sheenColorFactor": [0.2, 0.3, 0.4], "sheenRoughnessFactor": 0.5 }
+                }
+            }),
+        ),
+    ];
+    for (lines, entry) in cases {
+        let text = format!("[[object]]\nshape = \"sphere\"\nradius = 1\n{lines}\n");
+        let written = super::super::toml_model(&text).unwrap().materials.remove(0);
+        let of_file = material(entry);
+        let look = |material: Material| {
+            let Material { role, ior, coat, absorption, mirror_roughness, schlick, emissive, .. } = material;
+            (role, ior, coat, absorption, mirror_roughness, schlick, emissive, material.microfacets, material.lobes)
+        };
+        let (written, of_file) = (format!("{:?}", look(written)), format!("{:?}", look(of_file)));
+        assert_eq!(written, of_file, "{lines}");
+    }
+    for (lines, message) in [
+        ("roughness = 2", "line 4: object.roughness: 2; allowed is 0 to 1"),
+        ("ior = 0.5", "line 4: object.ior: 0.5; allowed is 1 to 10"),
+        ("unlit = true\ncoat = 1", "object.coat: is not for what is `unlit`"),
+        ("roughnes = 0.5", "did you mean `roughness`"),
+    ] {
+        let text = format!("[[object]]\nshape = \"sphere\"\nradius = 1\n{lines}\n");
+        let found = super::super::toml_model(&text).unwrap_err();
+        assert!(found.contains(message), "{found}");
+    }
+}

@@ -1,5 +1,7 @@
 //! One `[[object]]`: a simple shape or the mesh of a file, its place and its look.
 
+mod finish;
+
 use super::copies::Copies;
 use super::files::{MeshUse, NamedFile, ObjectFiles};
 use super::keys::{Keys, Located, Text};
@@ -10,7 +12,9 @@ use catoptric_core::error::{SceneError, did_you_mean};
 use catoptric_core::framebuffer::srgb_from_linear;
 use catoptric_core::scene::model::{LocalTransform, MeshAsset, Model, Node, Primitive};
 use catoptric_core::scene::{Material, TextureBinding};
+use finish::Finish;
 use glam::{Affine2, DQuat, DVec3, Vec2, Vec3};
+
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -195,6 +199,9 @@ struct Look {
     /// The side of a square, and the second colour.
     checker: Option<(f64, Vec3)>,
     unlit: bool,
+    /// `None` for matt surfaces.
+    finish: Option<Finish>,
+    emission: Vec3,
     /// More than `unlit` is given.
     is_given: bool,
 }
@@ -203,14 +210,10 @@ impl Look {
     fn read(text: Text<'_>, table: &mut Keys<'_, '_>, is_mark: bool) -> Result<Self, SceneError> {
         let unlit = table.boolean("unlit")?.map_or(is_mark, |at| at.value);
         let most = if unlit { MAX_RADIANCE } else { 1.0 };
-        let color = |table: &mut Keys<'_, '_>, key| match table.numbers::<3>(key)? {
-            Some(at) if !at.value.iter().all(|share| (0.0..=most).contains(share)) => {
-                Err(table.wrong(key, at.begin, format!("{:?}; allowed is 0 to {most}", at.value)))
-            }
-            at => Ok(at.map(|at| Vec3::from(at.value.map(|share| share as f32)))),
-        };
-        let (first, picture, side) = (color(table, "color")?, table.string("picture")?, table.number("checker")?);
-        let second = color(table, "checker_color")?;
+        let (first, picture, side) = (table.color("color", most)?, table.string("picture")?, table.number("checker")?);
+        let second = table.color("checker_color", most)?;
+        let finish = Finish::read(table, unlit)?;
+        let emission = table.color("emission", MAX_RADIANCE)?;
         let checker = match (side, &picture, second) {
             (Some(side), Some(_), _) => {
                 return Err(table.wrong("checker", side.begin, "is not for what has a picture: leave out one of them"));
@@ -224,14 +227,16 @@ impl Look {
             }
             (None, ..) => None,
         };
-        let is_given = first.is_some() || picture.is_some() || checker.is_some();
+        let is_given =
+            [first, emission].iter().any(Option::is_some) || picture.is_some() || checker.is_some() || finish.is_some();
         let named = |at: Located<String>| NamedFile {
             name: at.value,
             field: format!("line {}: object.picture", text.line(at.begin)),
         };
         let plain = if picture.is_some() { 1.0 } else { 0.8 };
         let color = first.unwrap_or(Vec3::splat(plain));
-        Ok(Self { color, picture: picture.map(named), checker, unlit, is_given })
+        let (picture, emission) = (picture.map(named), emission.unwrap_or(Vec3::ZERO));
+        Ok(Self { color, picture, checker, unlit, finish, emission, is_given })
     }
 
     /// Adds its material, whose squares have a side in texture coordinates if that is given.
@@ -247,6 +252,10 @@ impl Look {
             let texture = model.textures.len() as u32 - 1;
             let texture_from_uv = Affine2::from_scale(scale);
             material.base_texture = Some(TextureBinding { texture, uv_channel: 0, texture_from_uv });
+        }
+        material.emissive = self.emission;
+        if let Some(finish) = &self.finish {
+            finish.apply(&mut material);
         }
         model.materials.push(material);
         let number = model.materials.len() - 1;
