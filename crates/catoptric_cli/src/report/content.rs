@@ -125,6 +125,16 @@ impl Report {
         }
     }
 
+    /// Warnings of every one of several runs: they are about the scene.
+    pub(super) fn warnings_of_all(&self) -> Vec<&str> {
+        let runs: Vec<&Stats> = self.measured().map(|(_, measured)| &measured.stats).collect();
+        let Some((first, others)) = runs.split_first().filter(|(_, others)| !others.is_empty()) else {
+            return Vec::new();
+        };
+        let is_of_all = |text: &&String| others.iter().all(|run| run.warnings.contains(text));
+        first.warnings.iter().filter(is_of_all).map(String::as_str).collect()
+    }
+
     /// A run, for what is the same in all of them; `None` where nothing was drawn.
     pub(super) fn any_run(&self) -> Option<&Stats> {
         match &self.reference {

@@ -33,7 +33,7 @@ pub(super) fn gallery(report: &Report) -> Markup {
             p.soft.keys { (KEYS) }
             div.views {
                 (reference(report))
-                @for (number, entry) in report.methods() { (view(number, entry)) }
+                @for (number, entry) in report.methods() { (view(report, number, entry)) }
             }
             p.soft.flip-scale { "Differences, FLIP: 0" (scale()) "1" }
         }
@@ -66,7 +66,7 @@ fn reference(report: &Report) -> Markup {
     }
 }
 
-fn view(number: usize, entry: &Entry) -> Markup {
+fn view(report: &Report, number: usize, entry: &Entry) -> Markup {
     html! {
         figure.card id=(anchor(Some(number))) {
             div.head {
@@ -77,7 +77,7 @@ fn view(number: usize, entry: &Entry) -> Markup {
                 Outcome::Failed(problem) => { p.note { "Could not draw this scene: " (problem) } }
                 Outcome::Measured(measured) => {
                     @if let Some(pictures) = &measured.pictures { (layers(entry, measured, pictures)) }
-                    (remarks(measured))
+                    (remarks(report, measured))
                 }
             }
             details {
@@ -115,7 +115,7 @@ fn layers(entry: &Entry, measured: &Measured, pictures: &Pictures) -> Markup {
     }
 }
 
-fn remarks(measured: &Measured) -> Markup {
+fn remarks(report: &Report, measured: &Measured) -> Markup {
     let stats = &measured.stats;
     let fallbacks: Vec<String> = stats
         .counts
@@ -124,9 +124,11 @@ fn remarks(measured: &Measured) -> Markup {
         .filter(|(_, count)| **count > 0)
         .map(|(name, count)| format!("{} {}", name.replace('_', " "), grouped(*count)))
         .collect();
+    let of_all = report.warnings_of_all();
+    let own = stats.warnings.iter().filter(|text| !of_all.contains(&text.as_str()));
     html! {
         @if let Some(reason) = measured.unusable { p.note { "Not usable: " (reason) } }
-        @for warning in &stats.warnings { p.note { (warning) } }
+        @for warning in own { p.note { (warning) } }
         @if is_by_tiles(measured) {
             p.info {
                 "Over half of the reflectors is drawn by tiles and rays (the method multiperspective), not by this \

@@ -26,7 +26,8 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                     p.soft {
                         @match &report.reference {
                             Reference::Traced(_) => {
-                                "Each method drew the same view as the ray-traced reference and was measured against it."
+                                "Each method drew the same view as the ray-traced reference and was measured \
+                                against it."
                             }
                             Reference::File(name) => {
                                 "Each method drew the same view and was measured against the picture " b { (name) } ", \
@@ -36,6 +37,7 @@ pub(super) fn page(report: &Report, plot: &Plot) -> Markup {
                     }
                     pre { (report.command) }
                     (facts(report))
+                    @for warning in report.warnings_of_all() { p.note { (warning) } }
                     h2 { "Error beside time" }
                     div.card.wide { (table(report)) }
                     div.explained {
@@ -142,7 +144,8 @@ fn cells(report: &Report, entry: &Entry, groups: &[Group]) -> Markup {
     html! {
         @for (group, columns) in groups {
             @for (index, column) in columns.iter().enumerate() {
-                td.group[index == 0].best[column.is_best(report, entry)].words[column.is_words()]
+                @let is_empty = column.value(report, entry).is_none();
+                td.group[index == 0].best[column.is_best(report, entry)].words[column.is_words()].none[is_empty]
                     data-name={ (group) ": " (column.heading) } { (column.text(report, entry)) }
             }
         }

@@ -105,12 +105,15 @@ fn draw(
     }
     let shown = |point: &Point| [point.time_ms, point.first_ms].map(|time| (time, point.error.max(lowest)));
     let mut labels = Labels::default();
-    for (x, y) in points.iter().flat_map(shown).map(|at| chart.backend_coord(&at)) {
-        labels.taken.push([x - MARK_PX, y - MARK_PX, x + MARK_PX, y + MARK_PX]);
+    for ends in points.iter().map(|point| shown(point).map(|end| chart.backend_coord(&end))) {
+        let marks = ends.map(|(x, y)| [x - MARK_PX, y - MARK_PX, x + MARK_PX, y + MARK_PX]);
+        let [(later, y), (first, _)] = ends;
+        labels.taken.extend(marks);
+        labels.taken.push([later.min(first), y - 2, later.max(first), y + 2]);
     }
     if let Some(time) = reference_ms {
         let (x, y) = chart.backend_coord(&(time, top));
-        labels.place("reference".into(), None, (x - 4, y + LABEL_PX / 2 + 4));
+        labels.place("reference".into(), None, (x - 4, y + LABEL_PX / 2 + 4), false);
     }
     // From the top, so that labels that have to move stay in the order of their points.
     let mut sorted: Vec<&Point> = points.iter().collect();
@@ -123,7 +126,8 @@ fn draw(
         marks += &mark(first, point.number, Mark::First);
         marks += &mark(later, point.number, Mark::Later);
         let label = if point.error > 0.0 { point.label.clone() } else { format!("{} (no error)", point.label) };
-        labels.place(label, Some(point.number), later);
+        // Away from the line between the two marks.
+        labels.place(label, Some(point.number), later, first.0 > later.0 + 2 * MARK_PX);
     }
     for Label { text: label, number, left, middle } in labels.placed {
         marks += &number.map_or_else(String::new, |number| mark((left + 6, middle), number, Mark::OfLabel));
@@ -155,12 +159,15 @@ struct Label {
 
 impl Labels {
     /// Finds a place for a label, to the right or left of a point, or as near as there is room.
-    fn place(&mut self, text: String, number: Option<usize>, (x, y): (i32, i32)) {
+    fn place(&mut self, text: String, number: Option<usize>, (x, y): (i32, i32), is_left_first: bool) {
         let own_mark = if number.is_some() { OWN_MARK_PX } else { 0 };
         let length = text.chars().count() as i32 * CHARACTER_PX + own_mark;
-        let sides = [x + 12, x - 12 - length];
+        let mut sides = [x + 12, x - 12 - length];
+        if is_left_first {
+            sides.reverse();
+        }
         let steps = (0..24).flat_map(|step| [step * LABEL_PX / 2, -step * LABEL_PX / 2]);
-        let area = [70, 12, SIZE_PX.0 as i32 - 4, SIZE_PX.1 as i32 - 62];
+        let area = [90, 12, SIZE_PX.0 as i32 - 4, SIZE_PX.1 as i32 - 62];
         let boxes = steps
             .flat_map(|step| sides.map(|left| [left, y + step - LABEL_PX / 2, left + length, y + step + LABEL_PX / 2]));
         let is_free = |it: &[i32; 4]| {
@@ -168,7 +175,8 @@ impl Labels {
             let hits = |other: &[i32; 4]| it[0] < other[2] && other[0] < it[2] && it[1] < other[3] && other[1] < it[3];
             is_inside && !self.taken.iter().any(hits)
         };
-        let beside = [sides[0].min(area[2] - length), y - LABEL_PX / 2, sides[0] + length, y + LABEL_PX / 2];
+        let left = (x + 12).min(area[2] - length);
+        let beside = [left, y - LABEL_PX / 2, left + length, y + LABEL_PX / 2];
         let found = boxes.into_iter().find(is_free).unwrap_or(beside);
         self.taken.push(found);
         self.placed.push(Label { text, number, left: found[0], middle: (found[1] + found[3]) / 2 });

@@ -66,7 +66,7 @@ const SPENT: (Style, Best) = (Style::Milliseconds, Best::Lowest);
 
 const ALL: [Column; 17] = [
     column(
-        (SPEED, "later", "speedup"),
+        (SPEED, "a frame", "speedup"),
         Some("speed-up"),
         (Style::Times, Best::Highest),
         |report, m| speedup(report, m.stats.frame_ms.median),
@@ -178,14 +178,14 @@ const ALL: [Column; 17] = [
         Some("missing"),
         SHARE,
         |_, m| number(m.error.projection_px.as_ref()?.all.missing),
-        "the share of points that it does not find",
+        "the share of points seen in mirrors or through glass that it does not find",
     ),
     column(
         (PROJECTION, "invented", "projection_invented"),
         Some("invented"),
         SHARE,
         |_, m| number(m.error.projection_px.as_ref()?.all.invented),
-        "the share of its answers where the point does not appear",
+        "the share of its answers that are at places where the point does not appear",
     ),
 ];
 
