@@ -266,7 +266,9 @@ impl Column {
             _ => None,
         };
         let best = others().filter(|entry| is_usable(entry)).filter_map(cost).fold(f64::INFINITY, f64::min);
-        cost(entry).is_some_and(|cost| cost <= best)
+        // What reads alike is alike.
+        let text = |cost: f64| self.style.text(sign * cost);
+        cost(entry).is_some_and(|cost| cost <= best || text(cost) == text(best))
     }
 }
 
@@ -277,6 +279,7 @@ impl Style {
             Self::Digits(digits) => format!("{value:.digits$}"),
             Self::Percent => percent(value),
             Self::Milliseconds => milliseconds(value),
+            Self::Times if value < 0.1 => format!("{value:.3}×"),
             Self::Times => format!("{value:.2}×"),
         }
     }
