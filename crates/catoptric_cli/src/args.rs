@@ -2,6 +2,7 @@
 
 mod pictures;
 mod project;
+mod report;
 mod scene;
 mod sequence;
 mod submit;
@@ -11,6 +12,7 @@ mod variables;
 
 pub(crate) use pictures::{Bits, PictureArgs, SequenceArgs};
 pub(crate) use project::ProjectArgs;
+pub(crate) use report::ReportArgs;
 pub(crate) use scene::{ChoiceArgs, EnvironmentArgs, PoseArgs, SceneArgs, Shadows, ThinGlass, ViewArgs};
 pub(crate) use sequence::{Sequence, turn_about};
 pub(crate) use submit::BakeSubmitArgs;
@@ -91,9 +93,13 @@ pub(crate) enum Command {
     #[command(after_help = "Examples:\n  \
         catoptric compare room.glb --report report --size 640x360\n  \
         catoptric compare room.glb --report report --method environment_map \\\n      \
-        --method environment_map:parallax=box\n\n\
+        --method environment_map:parallax=box\n  \
+        catoptric compare room.glb --report report --reference mitsuba.exr \\\n      \
+        --crop 300,120,96,64 --csv table.csv\n\n\
         A method may be given several times with settings after a colon: ID:KEY=VALUE,KEY=VALUE. Open `report.html` \
-        of that folder in any browser. Exit code 1: some method failed; the report says why.")]
+        of that folder in any browser: it is one file, which can be sent and printed. A picture of 8 bits as \
+        --reference is compared with what `render` writes as .png, with --exposure 0 and --tone none unless these are \
+        given. Exit code 1: some method failed; the report says why.")]
     Compare(Box<CompareArgs>),
     /// Find where scene points appear in mirrors and through glass
     #[command(after_help = "Examples:\n  \
@@ -306,17 +312,21 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     #[arg(help_heading = "View")]
     pub(crate) frames: u32,
-    /// Folder for the report; created if absent
-    #[arg(long, value_name = "DIR", value_parser = parse::file(), help_heading = "Output")]
-    pub(crate) report: PathBuf,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
     #[command(flatten)]
     pub(crate) display: DisplayArgs,
+    /// Measure against this picture of the same view and size (.exr, .hdr or .png), such as another renderer's, in
+    /// place of our own reference. Methods are then drawn without it, and where they project points is not measured
+    #[arg(long, value_name = "FILE", value_parser = parse::file(), value_hint = ValueHint::FilePath)]
+    #[arg(help_heading = "Method")]
+    pub(crate) reference: Option<PathBuf>,
     /// A method, with settings after a colon (repeat) [default: all]
     #[arg(long, value_name = "ID[:KEY=VALUE,...]", help_heading = "Method", display_order = 0)]
     pub(crate) method: Vec<String>,
     /// Measure where methods project points at every N-th pixel of every N-th row; 1 is all
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    #[arg(help_heading = "Method")]
+    #[arg(help_heading = "Method", conflicts_with = "reference")]
     pub(crate) projection_every: u32,
     /// A setting of one method, or of every method that has it (repeat)
     #[arg(long, value_name = "[ID.]KEY=VALUE", value_parser = parse::key_value)]

@@ -82,7 +82,7 @@ fn read(path: &Path) -> Result<Framebuffer, Failure> {
 }
 
 /// True for files of linear radiance: OpenEXR and Radiance HDR, by their first bytes.
-fn is_linear(path: &Path) -> Result<bool, Failure> {
+pub(super) fn is_linear(path: &Path) -> Result<bool, Failure> {
     let mut start = Vec::new();
     let read = File::open(path).and_then(|file| file.take(4).read_to_end(&mut start));
     read.map_err(|source| SceneError::Read { path: path.into(), source })?;
@@ -90,7 +90,7 @@ fn is_linear(path: &Path) -> Result<bool, Failure> {
 }
 
 /// The picture as it comes back from a PNG file.
-fn as_png(picture: &Framebuffer) -> Framebuffer {
+pub(super) fn as_png(picture: &Framebuffer) -> Framebuffer {
     let bytes = picture.to_srgb8();
     let linear = |byte: u8| linear_from_srgb(f32::from(byte) / 255.0);
     let pixels = bytes.chunks_exact(3).map(|pixel| [linear(pixel[0]), linear(pixel[1]), linear(pixel[2]), 1.0]);

@@ -22,12 +22,7 @@ impl Display {
             Some(Exposure::Stops(stops)) => Some(stops),
             Some(Exposure::Auto) | None => None,
         };
-        let chosen_curve = args.tone.map(|tone| match tone {
-            Tone::None => ToneCurve::None,
-            Tone::Neutral => ToneCurve::Neutral,
-            Tone::Agx => ToneCurve::Agx,
-            Tone::Aces => ToneCurve::Aces,
-        });
+        let chosen_curve = args.tone.map(curve_of);
         if let Some(stops) = stops {
             let shown = tone::Display { exposure_stops: stops, curve: chosen_curve.unwrap_or_default() };
             return Self { shown, is_chosen: false };
@@ -41,6 +36,17 @@ impl Display {
         let is_chosen = args.exposure.is_none() && shown != tone::Display::default();
         shown.curve = chosen_curve.unwrap_or(shown.curve);
         Self { shown, is_chosen }
+    }
+
+    /// What the command line asks for where nothing is to be chosen here; `None` if it asks for that.
+    pub(crate) fn given(args: &DisplayArgs) -> Option<Self> {
+        let exposure_stops = match args.exposure {
+            Some(Exposure::Stops(stops)) => stops,
+            Some(Exposure::Auto) => return None,
+            None => 0.0,
+        };
+        let curve = args.tone.map(curve_of).unwrap_or_default();
+        Some(Self { shown: tone::Display { exposure_stops, curve }, is_chosen: false })
     }
 
     /// The picture as it is to be shown, linear.
@@ -59,5 +65,14 @@ impl Display {
         self.is_chosen.then(|| {
             format!("the picture would be too dark or too bright: shown at {stops:+.1} EV (--exposure 0 leaves it)")
         })
+    }
+}
+
+fn curve_of(tone: Tone) -> ToneCurve {
+    match tone {
+        Tone::None => ToneCurve::None,
+        Tone::Neutral => ToneCurve::Neutral,
+        Tone::Agx => ToneCurve::Agx,
+        Tone::Aces => ToneCurve::Aces,
     }
 }

@@ -163,7 +163,7 @@ fn as_text(model: &Model, scene: &Scene, clips: &[Clip]) -> String {
     section(&mut text, "Materials", &scene.materials, |material| {
         let [r, g, b, _] = material.base_color.to_array();
         let mut row = vec![shown(&material.name), material.role.name().into(), format!("colour {r:.3} {g:.3} {b:.3}")];
-        if material.textured() {
+        if material.bindings().next().is_some() {
             row.push("textured".into());
         }
         if material.unlit {

@@ -1,6 +1,6 @@
 //! `catoptric render`: a picture, or the frames of a sequence.
 
-mod inputs;
+pub(super) mod inputs;
 mod passes;
 mod pictures;
 mod plan;
@@ -35,7 +35,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     }
     let plan = Plan::new(args, options)?;
     let outputs = outputs(args, &plan)?;
-    inputs::refuse_inputs(outputs.iter().filter_map(FileOrStream::path), args)?;
+    inputs::refuse_inputs(outputs.iter().filter_map(FileOrStream::path), (&args.scene, &args.draw))?;
     let mut shot = Shot::load(&args.scene, options, &args.view, &args.draw, plan.sequence, terminal)?;
     if args.picture.transparent {
         shot.hide_background();

@@ -42,6 +42,11 @@ pub(crate) fn name(name: &str) -> String {
     printable(&cut(name, [MOST_OF_NAME, 0])).replace(['\n', '\t'], " ")
 }
 
+/// True for text that spreadsheets would take for a formula: an apostrophe before it tells them that it is text.
+pub(crate) fn begins_formula(text: &str) -> bool {
+    text.starts_with(['=', '+', '-', '@', '\t', '\r'])
+}
+
 /// The first and last characters of a text, and the number of those between.
 fn cut(text: &str, [first, last]: [usize; 2]) -> Cow<'_, str> {
     if text.len() <= first + last {

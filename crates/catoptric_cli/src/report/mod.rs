@@ -1,113 +1,114 @@
-//! The report of a comparison: a page, numbers and a plot.
+//! The report of a comparison: a page with its pictures, numbers, tables and a plot.
 
+mod content;
+mod export;
+mod gallery;
+mod markers;
 mod page;
+mod plain_names;
 mod plot;
+mod table;
+
+pub(crate) use content::{Crop, Entry, Measured, Outcome, Pictures, Reference, Report};
+pub(crate) use export::{csv, latex};
+pub(crate) use plain_names::PlainNames;
+pub(crate) use table::console;
 
 use crate::failure::Failure;
 use crate::failure::text;
 use crate::stats::{ErrorReport, Stats};
 use catoptric::input::read_file;
-use catoptric::methods::MethodInfo;
 use catoptric::output;
+use content::names_of;
 use serde_json::{Map, Value};
 use std::io::Write;
 use std::path::Path;
 
 /// The file with all numbers of a report.
 const REPORT: &str = "report.json";
+/// The page.
+pub(crate) const PAGE: &str = "report.html";
 const MOST_REPORT_BYTES: u64 = 256 << 20;
+/// Separate files that belong to no method.
+const REFERENCE_PICTURE: &str = "reference.png";
+const PLOT: &str = "error_time.svg";
+const CROP: &str = "crop.png";
 
 /// The paths whose projections are measured, where tiles have drawn some of a method's.
 pub(crate) const PROJECTION_REMARK: &str = "px, missing and invented are of the paths that the method's own geometry \
     has drawn; – where it has drawn none";
-
-/// The contents of the report.
-pub(crate) struct Report {
-    /// The command that made it.
-    pub(crate) command: String,
-    /// The run of the reference that all are measured against.
-    pub(crate) truth: Stats,
-    /// The number of pixels that show a reflector or lens.
-    pub(crate) reflector_pixels: usize,
-    pub(crate) entries: Vec<Entry>,
-}
-
-/// One method, or one variant of it.
-pub(crate) struct Entry {
-    /// The argument of `--method`: `ID` or `ID:KEY=VALUE,...`.
-    pub(crate) label: String,
-    pub(crate) variant: Option<String>,
-    pub(crate) info: &'static MethodInfo,
-    pub(crate) settings: Map<String, Value>,
-    /// It is the run that all are measured against.
-    pub(crate) is_truth: bool,
-    pub(crate) outcome: Outcome,
-}
-
-pub(crate) enum Outcome {
-    Measured(Box<Measured>),
-    /// Why the method could not draw the scene.
-    Failed(String),
-}
-
-pub(crate) struct Measured {
-    pub(crate) stats: Stats,
-    pub(crate) error: ErrorReport,
-    /// File name of the picture in the report's folder.
-    pub(crate) picture: String,
-    /// File name of the FLIP map; `None` for the reference itself.
-    pub(crate) flip: Option<String>,
-}
-
-impl Measured {
-    /// The mean FLIP that methods are ranked by: of the reflectors where there are any, else of the picture.
-    pub(crate) fn ranking_error(&self) -> Option<f64> {
-        self.error.reflector.or(self.error.image).map(|error| error.flip_mean)
-    }
-}
-
-impl Report {
-    /// True if tiles have drawn paths in the place of any method.
-    pub(crate) fn any_left_to_tiles(&self) -> bool {
-        self.measured().any(|(_, measured)| measured.stats.share_left_to_tiles() > 0.0)
-    }
-
-    /// The methods that drew the scene.
-    pub(crate) fn measured(&self) -> impl Iterator<Item = (&Entry, &Measured)> {
-        self.entries.iter().filter_map(|entry| match &entry.outcome {
-            Outcome::Measured(measured) => Some((entry, measured.as_ref())),
-            Outcome::Failed(_) => None,
-        })
-    }
-}
 
 /// Readable JSON with a line end, without characters that a terminal obeys.
 pub(crate) fn pretty(value: &impl serde::Serialize) -> Result<String, Failure> {
     Ok(text::printable_json(serde_json::to_string_pretty(value)?) + "\n")
 }
 
+/// The names of all files of a report whose methods have these names for pictures; without them, of the least.
+pub(crate) fn names(stems: Option<&[String]>, has_crop: bool) -> Vec<String> {
+    let mut names = vec![PAGE.to_owned(), REPORT.to_owned()];
+    if let Some(stems) = stems {
+        names.extend([REFERENCE_PICTURE, PLOT].map(String::from));
+        names.extend(stems.iter().flat_map(|stem| names_of(stem)));
+        names.extend(has_crop.then(|| CROP.to_owned()));
+    }
+    names
+}
+
 /// The names of the files of an earlier report in a folder; `None` if there is none.
 pub(crate) fn files_of(folder: &Path) -> Option<Vec<String>> {
     let bytes = read_file(&folder.join(REPORT), MOST_REPORT_BYTES).ok()?;
     let entries: Vec<Value> = serde_json::from_slice(&bytes).ok()?;
-    let is_ours = |entry: &Value| entry["label"].is_string() && entry["reference_ms"].is_number();
+    let is_ours = |entry: &Value| entry["label"].is_string() && entry.get("reference_ms").is_some();
     if !entries.iter().all(is_ours) {
         return None;
     }
-    let pictures = entries.iter().flat_map(|entry| [&entry["picture"], &entry["flip_picture"]]);
+    let mut names = names(None, false);
+    let is_listed = |entry: &&Value| entry["files"].is_array();
+    match entries.iter().find(is_listed) {
+        Some(entry) => names.extend(entry["files"].as_array().into_iter().flatten().filter_map(text_of)),
+        // Reports of earlier versions list pictures alone, and always had these two.
+        None => {
+            names.extend([REFERENCE_PICTURE, PLOT].map(String::from));
+            let pictures = entries.iter().flat_map(|entry| [&entry["picture"], &entry["flip_picture"]]);
+            names.extend(pictures.filter_map(text_of));
+        }
+    }
     // No path leads out of the folder.
-    let pictures =
-        pictures.filter_map(Value::as_str).filter(|name| !name.contains(['/', '\\']) && name.ends_with(".png"));
-    Some(pictures.map(String::from).collect())
+    names.retain(|name| {
+        !name.contains(['/', '\\', ':']) && [".png", ".svg", ".html", ".json"].iter().any(|end| name.ends_with(end))
+    });
+    names.sort();
+    names.dedup();
+    Some(names)
 }
 
-/// Writes `report.json`, `error_time.svg` and `report.html`.
-pub(crate) fn write(folder: &Path, report: &Report) -> Result<(), Failure> {
+fn text_of(value: &Value) -> Option<String> {
+    value.as_str().map(String::from)
+}
+
+/// Writes `report.json` and `report.html`, and, `separate`, the pictures and the plot as files of their own.
+pub(crate) fn write(folder: &Path, report: &Report, separate: bool) -> Result<(), Failure> {
     let plot = plot::error_against_time(report)?;
-    let objects: Vec<EntryJson<'_>> = report.entries.iter().map(|entry| EntryJson::new(report, entry)).collect();
+    let mut files: Vec<(String, &[u8])> = Vec::new();
+    let plot_file = plot.standalone();
+    if separate {
+        files.push((REFERENCE_PICTURE.into(), &report.picture));
+        files.push((PLOT.into(), plot_file.as_bytes()));
+        for pictures in report.measured().filter_map(|(_, measured)| measured.pictures.as_ref()) {
+            let [picture, flip] = pictures.names();
+            files.extend([(picture, pictures.picture.as_slice()), (flip, pictures.flip.as_slice())]);
+        }
+        files.extend(report.crop.as_ref().map(|crop| (CROP.into(), crop.row.as_slice())));
+    }
+    let mut listed: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).chain([REPORT, PAGE]).collect();
+    listed.sort_unstable();
+    let asked = report.entries.iter().filter(|entry| entry.is_asked);
+    let objects: Vec<EntryJson<'_>> = asked.map(|entry| EntryJson::new(report, entry, &listed, separate)).collect();
+    let json = pretty(&objects)?;
     let page = page::page(report, &plot).into_string();
-    for (name, text) in [(REPORT, pretty(&objects)?), ("error_time.svg", plot.standalone()), ("report.html", page)] {
-        output::write_file(&folder.join(name), |writer| writer.write_all(text.as_bytes()))?;
+    files.extend([(REPORT.into(), json.as_bytes()), (PAGE.into(), page.as_bytes())]);
+    for (name, bytes) in files {
+        output::write_file(&folder.join(name), |writer| writer.write_all(bytes))?;
     }
     Ok(())
 }
@@ -122,50 +123,76 @@ enum EntryJson<'a> {
         #[serde(flatten)]
         stats: &'a Stats,
         error: &'a ErrorReport,
-        reference_ms: f64,
-        /// The reference's time of a frame divided by this one's; null if that is 0.
-        speedup: f64,
-        picture: &'a str,
-        flip_picture: Option<&'a str>,
+        /// Null where our own reference was not drawn.
+        reference_ms: Option<f64>,
+        /// The reference's time of a frame divided by this one's; null if that is 0, or without the reference.
+        speedup: Option<f64>,
+        /// The file that the picture was measured against; null for our own reference.
+        reference_file: Option<&'a str>,
+        /// Why the picture cannot be used; null for those that can.
+        unusable: Option<&'static str>,
+        /// Separate files of the pictures; null without them.
+        picture: Option<String>,
+        flip_picture: Option<String>,
+        /// All files of the report.
+        files: &'a [&'a str],
     },
     Failed {
         label: &'a str,
         variant: Option<&'a str>,
         version: &'static str,
-        scene: &'a str,
+        scene: Option<&'a str>,
         method: &'static str,
         settings: &'a Map<String, Value>,
         error: Option<()>,
         failed: &'a str,
-        reference_ms: f64,
+        reference_ms: Option<f64>,
+        reference_file: Option<&'a str>,
+        files: &'a [&'a str],
     },
 }
 
 impl<'a> EntryJson<'a> {
-    fn new(report: &'a Report, entry: &'a Entry) -> Self {
+    fn new(report: &'a Report, entry: &'a Entry, files: &'a [&'a str], separate: bool) -> Self {
         let (label, variant) = (entry.label.as_str(), entry.variant.as_deref());
-        let reference_ms = report.truth.frame_ms.median;
+        let reference_ms = report.reference_ms();
+        let reference_file = match &report.reference {
+            Reference::Traced(_) => None,
+            Reference::File(name) => Some(name.as_str()),
+        };
         match &entry.outcome {
-            Outcome::Measured(measured) => Self::Measured {
-                label,
-                variant,
-                stats: &measured.stats,
-                error: &measured.error,
-                reference_ms,
-                speedup: reference_ms / measured.stats.frame_ms.median,
-                picture: &measured.picture,
-                flip_picture: measured.flip.as_deref(),
-            },
+            Outcome::Measured(measured) => {
+                let names = measured.pictures.as_ref().map(Pictures::names).filter(|_| separate);
+                let (picture, flip_picture) = match names {
+                    Some([picture, flip]) => (Some(picture), Some(flip)),
+                    None => ((separate && entry.is_truth).then(|| REFERENCE_PICTURE.to_owned()), None),
+                };
+                Self::Measured {
+                    label,
+                    variant,
+                    stats: &measured.stats,
+                    error: &measured.error,
+                    reference_ms,
+                    speedup: reference_ms.map(|reference_ms| reference_ms / measured.stats.frame_ms.median),
+                    reference_file,
+                    unusable: measured.unusable,
+                    picture,
+                    flip_picture,
+                    files,
+                }
+            }
             Outcome::Failed(problem) => Self::Failed {
                 label,
                 variant,
-                version: report.truth.version,
-                scene: &report.truth.scene,
+                version: env!("CARGO_PKG_VERSION"),
+                scene: report.any_run().map(|run| run.scene.as_str()),
                 method: entry.info.id,
                 settings: &entry.settings,
                 error: None,
                 failed: problem,
                 reference_ms,
+                reference_file,
+                files,
             },
         }
     }
@@ -206,30 +233,39 @@ mod tests {
 
     fn entry(label: &str, outcome: Outcome) -> Entry {
         let info = catoptric::methods::all()[0];
-        Entry { label: label.into(), variant: None, info, settings: Map::new(), is_truth: false, outcome }
+        let settings = Map::new();
+        Entry { label: label.into(), variant: None, info, settings, is_truth: false, is_asked: true, outcome }
     }
 
     fn report() -> Report {
         let error = ErrorReport { image: None, reflector: None, projection_px: None };
-        let measured = Measured { stats: stats(), error, picture: "a.png".into(), flip: Some("a-flip.png".into()) };
+        let picture = b"picture".to_vec();
+        let pictures = Pictures { stem: "a".into(), picture: picture.clone(), flip: b"flip".to_vec(), crop: None };
+        let measured = Measured { stats: stats(), error, unusable: None, pictures: Some(pictures) };
         let entries = vec![
             entry("drawn", Outcome::Measured(Box::new(measured))),
             entry("refused", Outcome::Failed("no <lenses> please".into())),
         ];
-        Report { command: "catoptric compare 'a <scene>'".into(), truth: stats(), reflector_pixels: 0, entries }
+        let command = "catoptric compare 'a <scene>'".into();
+        let reference = Reference::Traced(Box::new(stats()));
+        Report { command, reference, picture, reflector_pixels: 0, error_of_nothing: None, crop: None, entries }
     }
 
     #[test]
     fn a_method_that_fails_is_listed_with_its_message() {
         let report = report();
-        let json: Vec<Value> =
-            report.entries.iter().map(|entry| serde_json::to_value(EntryJson::new(&report, entry)).unwrap()).collect();
+        let json = |entry| serde_json::to_value(EntryJson::new(&report, entry, &["report.html"], true)).unwrap();
+        let json: Vec<Value> = report.entries.iter().map(json).collect();
         assert_eq!(json[1]["failed"], "no <lenses> please");
         assert!(json[1]["error"].is_null() && json[1]["method"] == "reference" && json[1]["reference_ms"] == 10.0);
         assert!(json[0]["failed"].is_null() && json[0]["speedup"] == 1.0 && json[0]["counts"]["rays"] == 5);
+        assert!(json[0]["picture"] == "a.png" && json[0]["flip_picture"] == "a-flip.png");
         let plot = plot::error_against_time(&report).unwrap_or_else(|_| panic!("no plot"));
         let page = page::page(&report, &plot).into_string();
-        for text in ["no &lt;lenses&gt; please", "something is &lt;odd&gt;", "given up", "a.png", "a-flip.png"] {
+        // "flip" in base64.
+        for text in
+            ["no &lt;lenses&gt; please", "something is &lt;odd&gt;", "given up", "data:image/png;base64,ZmxpcA=="]
+        {
             assert!(page.contains(text), "{text}");
         }
         assert!(!page.contains("<scene>") && !page.contains("<odd>"));

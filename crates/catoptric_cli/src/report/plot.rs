@@ -1,6 +1,7 @@
 //! Error against time, as SVG.
 
-use super::Report;
+use super::content::{Entry, Report};
+use super::markers;
 use crate::failure::Failure;
 use plotters::coord::combinators::IntoLogRange;
 use plotters::prelude::*;
@@ -8,19 +9,11 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const SIZE_PX: (u32, u32) = (860, 420);
 const LABEL_PX: i32 = 15;
-const CHARACTER_PX: i32 = 8;
-/// Legible on white and on black.
-pub(super) const COLORS: [RGBColor; 8] = [
-    RGBColor(59, 130, 246),
-    RGBColor(222, 85, 46),
-    RGBColor(32, 150, 130),
-    RGBColor(190, 70, 190),
-    RGBColor(190, 130, 0),
-    RGBColor(105, 145, 30),
-    RGBColor(125, 110, 240),
-    RGBColor(150, 105, 80),
-];
-
+const CHARACTER_PX: i32 = 7;
+/// From the middle of a mark to its edge.
+const MARK_PX: i32 = 8;
+/// The place of a mark before a label.
+const OWN_MARK_PX: i32 = 15;
 /// A plot whose lines and letters take the colour of the text around it.
 pub(super) struct Plot {
     svg: String,
@@ -28,10 +21,11 @@ pub(super) struct Plot {
 
 struct Point {
     label: String,
+    /// That of the method, for its colour and shape.
+    number: usize,
     time_ms: f64,
     first_ms: f64,
     error: f64,
-    color: RGBColor,
 }
 
 impl Plot {
@@ -46,30 +40,21 @@ impl Plot {
     }
 }
 
-/// The colour that an entry of the report has in the plot and in the page.
-pub(super) fn color(index: usize) -> RGBColor {
-    COLORS[index % COLORS.len()]
-}
-
-/// Mean FLIP against the time of a frame, both logarithmic: a disc for the median, a circle for the first frame.
-/// The time of the reference is a dashed line.
+/// Mean FLIP against the time of a frame, both logarithmic: a filled mark for the median, an empty one for the first
+/// frame. The time of the reference is a dashed line.
 pub(super) fn error_against_time(report: &Report) -> Result<Plot, Failure> {
-    let points: Vec<Point> = report
-        .entries
-        .iter()
-        .enumerate()
-        .filter_map(|(index, entry)| match &entry.outcome {
-            super::Outcome::Measured(measured) if !entry.is_truth => Some(Point {
-                label: entry.label.clone(),
-                time_ms: measured.stats.frame_ms.median.max(1e-3),
-                first_ms: measured.stats.frame_ms.first.max(1e-3),
-                error: measured.ranking_error()?,
-                color: color(index),
-            }),
-            _ => None,
+    let point = |(number, entry): (usize, &Entry)| {
+        let measured = entry.measured()?;
+        Some(Point {
+            label: entry.label.clone(),
+            number,
+            time_ms: measured.stats.frame_ms.median.max(1e-3),
+            first_ms: measured.stats.frame_ms.first.max(1e-3),
+            error: measured.ranking_error()?,
         })
-        .collect();
-    let reference_ms = report.truth.frame_ms.median.max(1e-3);
+    };
+    let points: Vec<Point> = report.methods().filter_map(point).collect();
+    let reference_ms = report.reference_ms().map(|time| time.max(1e-3));
     let mut svg = String::new();
     draw(&mut svg, &points, reference_ms, report.reflector_pixels > 0)
         .map_err(|error| Failure::input(format!("the plot cannot be drawn: {error}")))?;
@@ -79,12 +64,13 @@ pub(super) fn error_against_time(report: &Report) -> Result<Plot, Failure> {
 fn draw(
     svg: &mut String,
     points: &[Point],
-    reference_ms: f64,
+    reference_ms: Option<f64>,
     reflectors: bool,
 ) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
-    let times = || points.iter().flat_map(|point| [point.time_ms, point.first_ms]).chain([reference_ms]);
+    let times = || points.iter().flat_map(|point| [point.time_ms, point.first_ms]).chain(reference_ms);
     let errors = || points.iter().map(|point| point.error).filter(|error| *error > 0.0);
     let (first, last) = (times().fold(f64::INFINITY, f64::min), times().fold(0.0, f64::max));
+    let (first, last) = if last > 0.0 { (first, last) } else { (1.0, 1.0) };
     // Errors of 0 have no place on a logarithmic axis; they are drawn near its lower end.
     let lowest = errors().fold(0.02, f64::min) * 0.4;
     let (bottom, top) = (0.6 * lowest, errors().fold(0.1, f64::max) * 1.6);
@@ -114,46 +100,107 @@ fn draw(
         chart.draw_series([PathElement::new([(left, error), (right, error)], BLACK.mix(0.12))])?;
         root.draw(&Text::new(short(error), (x - 8, y), text(13).pos(Pos::new(HPos::Right, VPos::Center))))?;
     }
-    let dashes = DashedLineSeries::new([(reference_ms, bottom), (reference_ms, top)], 6, 5, BLACK.mix(0.6).into());
-    chart.draw_series(dashes)?;
-    let mut taken: Vec<[i32; 4]> = Vec::new();
-    let mut labels: Vec<(String, (i32, i32), HPos)> = Vec::new();
-    let mut place = |label: String, (x, y): (i32, i32)| {
-        let length = label.chars().count() as i32 * CHARACTER_PX;
-        let left = x + 12 + length > SIZE_PX.0 as i32;
-        let (start, anchor) = if left { (x - 12 - length, HPos::Right) } else { (x + 12, HPos::Left) };
-        let mut y = y;
-        // Labels that would lie on others move down, then give up rather than leave the plot.
-        while y < SIZE_PX.1 as i32 - 70
-            && taken
-                .iter()
-                .any(|other| start < other[2] && other[0] < start + length && y < other[3] && other[1] < y + LABEL_PX)
-        {
-            y += LABEL_PX;
-        }
-        taken.push([start, y, start + length, y + LABEL_PX]);
-        labels.push((label, (if left { x - 12 } else { x + 12 }, y), anchor));
-    };
-    let (x, y) = chart.backend_coord(&(reference_ms, top));
-    place("reference".into(), (x - 4, y + 4));
-    // From the top, so that labels that have to move down stay in the order of their points.
+    if let Some(time) = reference_ms {
+        chart.draw_series(DashedLineSeries::new([(time, bottom), (time, top)], 6, 5, BLACK.mix(0.6).into()))?;
+    }
+    let shown = |point: &Point| [point.time_ms, point.first_ms].map(|time| (time, point.error.max(lowest)));
+    let mut labels = Labels::default();
+    for ends in points.iter().map(|point| shown(point).map(|end| chart.backend_coord(&end))) {
+        let marks = ends.map(|(x, y)| [x - MARK_PX, y - MARK_PX, x + MARK_PX, y + MARK_PX]);
+        let [(later, y), (first, _)] = ends;
+        labels.taken.extend(marks);
+        labels.taken.push([later.min(first), y - 2, later.max(first), y + 2]);
+    }
+    if let Some(time) = reference_ms {
+        let (x, y) = chart.backend_coord(&(time, top));
+        labels.place("reference".into(), None, (x - 4, y + LABEL_PX / 2 + 4), false);
+    }
+    // From the top, so that labels that have to move stay in the order of their points.
     let mut sorted: Vec<&Point> = points.iter().collect();
     sorted.sort_by(|a, b| b.error.total_cmp(&a.error));
+    let mut marks = String::new();
     for point in sorted {
-        let shown = point.error.max(lowest);
-        chart
-            .draw_series([PathElement::new([(point.time_ms, shown), (point.first_ms, shown)], point.color.mix(0.5))])?;
-        chart.draw_series([Circle::new((point.first_ms, shown), 5, point.color.stroke_width(2))])?;
-        chart.draw_series([Circle::new((point.time_ms, shown), 6, point.color.filled())])?;
-        let (x, y) = chart.backend_coord(&(point.time_ms, shown));
+        let ends = shown(point);
+        chart.draw_series([PathElement::new(ends, BLACK.mix(0.4))])?;
+        let [later, first] = ends.map(|end| chart.backend_coord(&end));
+        marks += &mark(first, point.number, Mark::First);
+        marks += &mark(later, point.number, Mark::Later);
         let label = if point.error > 0.0 { point.label.clone() } else { format!("{} (no error)", point.label) };
-        place(label, (x, y - LABEL_PX / 2));
+        // Away from the line between the two marks.
+        labels.place(label, Some(point.number), later, first.0 > later.0 + 2 * MARK_PX);
     }
-    for (label, at, anchor) in labels {
-        let style = text(LABEL_PX - 1).pos(Pos::new(anchor, VPos::Top));
-        root.draw(&Text::new(label, at, style))?;
+    for Label { text: label, number, left, middle } in labels.placed {
+        marks += &number.map_or_else(String::new, |number| mark((left + 6, middle), number, Mark::OfLabel));
+        let style = text(LABEL_PX - 1).pos(Pos::new(HPos::Left, VPos::Center));
+        root.draw(&Text::new(label, (left + if number.is_some() { OWN_MARK_PX } else { 0 }, middle), style))?;
     }
-    root.present()
+    root.present()?;
+    drop((chart, root));
+    // Above all lines.
+    *svg = svg.replacen("</svg>", &format!("{marks}</svg>"), 1);
+    Ok(())
+}
+
+/// Labels of points, none over another or over a point as long as there is room.
+#[derive(Default)]
+struct Labels {
+    /// Left, top, right and bottom of what is there already.
+    taken: Vec<[i32; 4]>,
+    placed: Vec<Label>,
+}
+
+struct Label {
+    text: String,
+    /// The method whose mark stands before it.
+    number: Option<usize>,
+    left: i32,
+    middle: i32,
+}
+
+impl Labels {
+    /// Finds a place for a label, to the right or left of a point, or as near as there is room.
+    fn place(&mut self, text: String, number: Option<usize>, (x, y): (i32, i32), is_left_first: bool) {
+        let own_mark = if number.is_some() { OWN_MARK_PX } else { 0 };
+        let length = text.chars().count() as i32 * CHARACTER_PX + own_mark;
+        let mut sides = [x + 12, x - 12 - length];
+        if is_left_first {
+            sides.reverse();
+        }
+        let steps = (0..24).flat_map(|step| [step * LABEL_PX / 2, -step * LABEL_PX / 2]);
+        let area = [90, 12, SIZE_PX.0 as i32 - 4, SIZE_PX.1 as i32 - 62];
+        let boxes = steps
+            .flat_map(|step| sides.map(|left| [left, y + step - LABEL_PX / 2, left + length, y + step + LABEL_PX / 2]));
+        let is_free = |it: &[i32; 4]| {
+            let is_inside = it[0] >= area[0] && it[1] >= area[1] && it[2] <= area[2] && it[3] <= area[3];
+            let hits = |other: &[i32; 4]| it[0] < other[2] && other[0] < it[2] && it[1] < other[3] && other[1] < it[3];
+            is_inside && !self.taken.iter().any(hits)
+        };
+        let left = (x + 12).min(area[2] - length);
+        let beside = [left, y - LABEL_PX / 2, left + length, y + LABEL_PX / 2];
+        let found = boxes.into_iter().find(is_free).unwrap_or(beside);
+        self.taken.push(found);
+        self.placed.push(Label { text, number, left: found[0], middle: (found[1] + found[3]) / 2 });
+    }
+}
+
+/// What a mark stands for.
+enum Mark {
+    Later,
+    First,
+    /// A label, by which its point is found.
+    OfLabel,
+}
+
+/// A method's mark.
+fn mark((x, y): (i32, i32), number: usize, kind: Mark) -> String {
+    let (path, color) = (markers::path(number), markers::color(number));
+    let filled = |class: &str| format!("class=\"{class}\" fill=\"{color}\" stroke=\"currentColor\"");
+    let (look, scale) = match kind {
+        Mark::Later => (filled("later"), ""),
+        Mark::First => (format!("class=\"first\" fill=\"none\" stroke=\"{color}\" stroke-width=\"2.5\""), ""),
+        Mark::OfLabel => (filled("label"), " scale(0.6)"),
+    };
+    format!("<path {look} transform=\"translate({x} {y}){scale}\" d=\"{path}\"/>\n")
 }
 
 /// The numbers 1, 2 and 5 times powers of ten in a range, thinned to powers of ten when there are many.
@@ -181,7 +228,7 @@ mod tests {
     use super::*;
 
     fn point(label: &str, time_ms: f64, error: f64) -> Point {
-        Point { label: label.into(), time_ms, first_ms: 2.0 * time_ms, error, color: COLORS[0] }
+        Point { label: label.into(), number: 0, time_ms, first_ms: 2.0 * time_ms, error }
     }
 
     #[test]
@@ -193,11 +240,16 @@ mod tests {
             vec![point("<&>", 10.0, 1e-6)],
         ] {
             let mut svg = String::new();
-            draw(&mut svg, &points, 12.0, true).unwrap();
+            draw(&mut svg, &points, Some(12.0), true).unwrap();
             assert!(svg.contains("</svg>") && svg.contains("reference"));
             assert!(!svg.contains("NaN") && !svg.contains("<&>"));
-            assert_eq!(svg.matches("<circle").count(), 2 * points.len(), "medians and first frames");
+            for kind in ["later", "first"] {
+                assert_eq!(svg.matches(&format!("class=\"{kind}\"")).count(), points.len(), "{kind}");
+            }
         }
+        let mut svg = String::new();
+        draw(&mut svg, &[], None, false).unwrap();
+        assert!(svg.contains("</svg>") && !svg.contains("reference") && !svg.contains("NaN"));
     }
 
     #[test]

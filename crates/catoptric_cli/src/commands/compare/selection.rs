@@ -6,6 +6,9 @@ use catoptric::error::did_you_mean;
 use catoptric::methods::{self, MethodInfo};
 use toml::Table;
 
+/// The id of our own reference.
+pub(super) const REFERENCE: &str = "reference";
+
 /// A method to be compared.
 #[derive(Debug)]
 pub(super) struct Selected {
@@ -33,8 +36,9 @@ impl Selected {
     }
 }
 
-/// Reads `--method` and `--set`; without methods all are taken.
-pub(super) fn select(wanted: &[String], set: &[(String, String)]) -> Result<Selection, Failure> {
+/// Reads `--method` and `--set`; without methods all are taken. With another's picture to measure against our own
+/// reference is a method like others, and only there if it is wanted.
+pub(super) fn select(wanted: &[String], set: &[(String, String)], is_own: bool) -> Result<Selection, Failure> {
     let mut chosen = Vec::new();
     for label in wanted {
         let (id, variant) = match label.split_once(':') {
@@ -44,11 +48,14 @@ pub(super) fn select(wanted: &[String], set: &[(String, String)]) -> Result<Sele
         chosen.push((methods::find(id).map_err(Failure::usage)?, label.clone(), variant));
     }
     if wanted.is_empty() {
-        chosen = methods::all().iter().map(|info| (*info, info.id.to_owned(), None)).collect();
+        let all = methods::all().iter().filter(|info| is_own || info.id != REFERENCE);
+        chosen = all.map(|info| (*info, info.id.to_owned(), None)).collect();
     }
-    let truth_info = methods::find("reference").map_err(Failure::usage)?;
     let mut used = vec![false; set.len()];
-    let truth = settings_for(truth_info, set, &mut used);
+    let truth = match is_own {
+        true => settings_for(methods::find(REFERENCE).map_err(Failure::usage)?, set, &mut used),
+        false => Table::new(),
+    };
     let mut selected = Vec::new();
     for (info, label, variant) in chosen {
         let mut settings = settings_for(info, set, &mut used);
@@ -118,15 +125,18 @@ mod tests {
 
     #[test]
     fn all_methods_by_default_the_reference_first() {
-        let Ok(selection) = select(&[], &[]) else { panic!("refused") };
+        let Ok(selection) = select(&[], &[], true) else { panic!("refused") };
         assert_eq!(selection.methods.len(), methods::all().len());
         assert_eq!(selection.methods[0].id, "reference");
+        let Ok(selection) = select(&[], &[], false) else { panic!("refused") };
+        assert_eq!(selection.methods.len(), methods::all().len() - 1);
+        assert!(selection.methods.iter().all(|method| method.id != "reference"));
     }
 
     #[test]
     fn settings_go_to_the_methods_that_have_them() {
         let wanted = ["reference".to_owned(), "reference:seed=7,paths=two_path".to_owned()];
-        let Ok(selection) = select(&wanted, &set(&[("seed", "5"), ("reference.samples", "random")])) else {
+        let Ok(selection) = select(&wanted, &set(&[("seed", "5"), ("reference.samples", "random")]), true) else {
             panic!("refused")
         };
         assert_eq!(selection.truth["seed"], toml::Value::Integer(5));
@@ -137,9 +147,10 @@ mod tests {
 
     #[test]
     fn what_no_method_has_is_refused() {
-        assert!(problem(select(&[], &set(&[("no_such", "1")]))).contains("reference.seed"));
-        assert!(problem(select(&[], &set(&[("nobody.seed", "1")]))).contains("nobody"));
-        assert!(problem(select(&["nobody".into()], &[])).contains("reference"));
-        assert!(problem(select(&["reference:seed".into()], &[])).contains("KEY=VALUE"));
+        assert!(problem(select(&[], &set(&[("no_such", "1")]), true)).contains("reference.seed"));
+        assert!(problem(select(&[], &set(&[("nobody.seed", "1")]), true)).contains("nobody"));
+        assert!(problem(select(&["nobody".into()], &[], true)).contains("reference"));
+        assert!(problem(select(&["reference:seed".into()], &[], true)).contains("KEY=VALUE"));
+        assert!(problem(select(&[], &set(&[("reference.seed", "1")]), false)).contains("is not compared"));
     }
 }

@@ -1,7 +1,7 @@
 //! Rows of found paths: as text, as JSON, or as an array.
 
 use super::npy::RowWriter;
-use crate::failure::text::MOST_OF_NAME;
+use crate::failure::text::{MOST_OF_NAME, begins_formula};
 use crate::parse::{FileOrStream, JSON_LINES};
 use catoptric::methods::path_query::FoundPath;
 use catoptric::methods::projector::SpecularPath;
@@ -264,11 +264,6 @@ fn cut(mut text: String, most: usize) -> String {
     let end = (0..=most.min(text.len())).rev().find(|end| text.is_char_boundary(*end));
     text.truncate(end.unwrap_or(0));
     text
-}
-
-/// True for text that spreadsheets would take for a formula: an apostrophe before it tells them that it is text.
-fn begins_formula(text: &str) -> bool {
-    text.starts_with(['=', '+', '-', '@', '\t', '\r'])
 }
 
 /// The file that is being written.

@@ -1,6 +1,6 @@
 //! The files that a picture is made of, found by the names in them.
 
-use crate::args::RenderArgs;
+use crate::args::{DrawArgs, SceneArgs};
 use crate::failure::Failure;
 use catoptric::output;
 use catoptric_scenes::ENVIRONMENT_NAMES;
@@ -27,12 +27,15 @@ const KINDS: [&str; 17] = [
 pub(super) type Stamp = Option<(SystemTime, u64)>;
 
 /// Refuses outputs that are files of the scene, its environment or bakes, or files that these name.
-pub(super) fn refuse_inputs<'a>(outputs: impl Iterator<Item = &'a Path>, args: &RenderArgs) -> Result<(), Failure> {
+pub(in crate::commands) fn refuse_inputs<'a>(
+    outputs: impl Iterator<Item = &'a Path>,
+    (scene, draw): (&SceneArgs, &DrawArgs),
+) -> Result<(), Failure> {
     let there: Vec<&Path> = outputs.filter(|path| path.is_file()).collect();
     if there.is_empty() {
         return Ok(());
     }
-    let inputs = files_of(args);
+    let inputs = files_of(scene, draw);
     for output in there {
         if inputs.keys().any(|input| output::is_same_file(input, output)) {
             let problem = "is a file that the picture is made of; write to another name";
@@ -44,12 +47,12 @@ pub(super) fn refuse_inputs<'a>(outputs: impl Iterator<Item = &'a Path>, args: &
 
 /// The files of a scene, its environment and bakes, and those that they name, whether these are there or not. Each is
 /// looked at before it is read: changes in the meantime are not missed.
-pub(super) fn files_of(args: &RenderArgs) -> BTreeMap<PathBuf, Stamp> {
+pub(super) fn files_of(scene: &SceneArgs, draw: &DrawArgs) -> BTreeMap<PathBuf, Stamp> {
     let mut found = BTreeMap::new();
-    let mut open = vec![args.scene.scene.clone()];
+    let mut open = vec![scene.scene.clone()];
     let is_file = |path: &&PathBuf| !ENVIRONMENT_NAMES.iter().any(|name| path.as_os_str() == *name);
-    open.extend(args.scene.environment.environment.iter().filter(is_file).cloned());
-    open.extend(args.draw.baked.iter().cloned());
+    open.extend(scene.environment.environment.iter().filter(is_file).cloned());
+    open.extend(draw.baked.iter().cloned());
     while let Some(path) = open.pop() {
         if found.len() < MAX_FILES && !found.contains_key(&path) {
             found.insert(path.clone(), stamp_of(&path));

@@ -23,7 +23,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     }
     loop {
         // Before the picture: what changes while it is drawn is not missed.
-        let before = files_of(args);
+        let before = files_of(&args.scene, &args.draw);
         match super::run(args, options, terminal) {
             Ok(text) => {
                 let mut stdout = std::io::stdout().lock();

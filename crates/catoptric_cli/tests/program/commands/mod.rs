@@ -1,5 +1,6 @@
 //! Commands beside drawing, projecting and baking.
 
+mod compare;
 mod diff;
 mod helpers;
 mod odd_files;

@@ -85,7 +85,7 @@ fn reports_replace_reports_alone() {
     let place = Workplace::new();
     std::fs::create_dir(place.path("mine")).unwrap();
     place.write("mine/reference.png", "mine");
-    let compare = ["compare", "scene.toml", "--frames", "1", "--report"];
+    let compare = ["compare", "scene.toml", "--frames", "1", "--pictures", "--report"];
     let with = |folder: &'static str, method| [&compare[..], &[folder, "--method", method], &SMALL].concat();
     let message = place.fails(2, &with("mine", "environment_map"));
     assert!(message.contains("mine") && message.contains("reference.png"), "{message}");
