@@ -54,7 +54,7 @@ const PICTURES: [Task; 22] = [
 ];
 
 /// Measuring, finding and learning.
-const OTHERS: [Task; 22] = [
+const OTHERS: [Task; 24] = [
     (&["diff", "l.exr", "truth.exr"], &[], "FLIP mean"),
     (&["diff", "l.exr", "truth.exr", "-o", "heat.png"], &["heat.png"], "RMSE"),
     (&["diff", "l.exr", "l.exr", "--max-flip", "0"], &[], "0 of 384 pixels"),
@@ -63,6 +63,36 @@ const OTHERS: [Task; 22] = [
         &["compare", "scene.toml", "--size", "24x16", "--samples", "1", "--method", "auto", "--report", "report"],
         &["report/report.html", "report/report.json"],
         "FLIP",
+    ),
+    // Against another program's picture of the same view, and as a table for a paper.
+    (
+        &["compare", "scene.toml", "--size", "24x16", "--method", "auto", "--reference", "truth.exr", "--report", "r"],
+        &["r/report.html"],
+        "truth.exr",
+    ),
+    (
+        &[
+            "compare",
+            "scene.toml",
+            "--size",
+            "24x16",
+            "--samples",
+            "1",
+            "--frames",
+            "1",
+            "--method",
+            "auto",
+            "--csv",
+            "t.csv",
+            "--latex",
+            "t.tex",
+            "--crop",
+            "4,4,8,8",
+            "--report",
+            "paper",
+        ],
+        &["t.csv", "t.tex", "paper/report.html"],
+        "speed-up",
     ),
     // Where does this point appear in that mirror?
     (&["project", "scene.toml", "--reflector", "ball", "--points", "x.csv", "-o", "-"], &[], "0,R,ball"),
