@@ -197,7 +197,7 @@ pub(crate) struct DrawArgs {
     #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub(crate) samples: u32,
     /// Highest number of reflections and refractions on a path, 0 to 16; what lies beyond is black. `auto`: what the
-    /// scene needs, 4 or 8
+    /// scene needs, 4 or 8; with --baked 2
     #[arg(long, value_name = "K", default_value = "auto", value_parser = parse::order)]
     pub(crate) order: Order,
     /// Motion from frame to frame: nothing, the eye around its target by 1 degree, or the animation by 1/30 s

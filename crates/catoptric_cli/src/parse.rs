@@ -5,7 +5,7 @@ mod points;
 mod stream;
 
 pub(crate) use pictures::{FramesWanted, NamePattern, Region, frames_per_second, frames_wanted, region};
-pub(crate) use points::{Grid, JSON_LINES, PointSource, points, table_path};
+pub(crate) use points::{Grid, JSON_LINES, PointSource, camera_path, is_camera, points, table_path};
 pub(crate) use stream::{FileOrStream, file, file_or_stream, place};
 
 use catoptric::picture::PictureFormat;
@@ -256,7 +256,8 @@ mod tests {
         assert!(
             png("a.exr".into()).is_err() && share("0.5") == Ok(0.5) && share("1.1").is_err() && share("nan").is_err()
         );
-        assert!(table_path("a.CSV").is_ok() && table_path("a.npy").is_ok() && table_path("csv").is_err());
+        let table = |name: &str| points::table(name.into());
+        assert!(table("a.CSV").is_ok() && table("a.npy").is_ok() && table("csv").is_err());
         assert!(field_of_view("0").is_err() && field_of_view("180").is_err() && field_of_view("40").is_ok());
     }
 }

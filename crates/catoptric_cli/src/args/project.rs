@@ -4,6 +4,7 @@ use super::PoseArgs;
 use crate::parse::{self, FileOrStream, PointSource};
 use clap::{Args, ValueHint};
 use glam::{DVec3, Vec3};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -23,12 +24,12 @@ pub(crate) struct ProjectArgs {
     #[arg(help_heading = "View")]
     pub(crate) eye: Option<DVec3>,
     /// The points: .csv with the columns x, y, z, .jsonl, or .npy with N x 3 numbers; `-`: CSV from standard input.
-    /// grid:NODE:STEP: points in this distance on the surface of a node
-    #[arg(long, value_name = "FILE or grid:NODE:STEP", value_parser = parse::points, value_hint = ValueHint::FilePath)]
-    #[arg(help_heading = "Scene")]
+    /// grid:NODE:STEP: the surface of a node, a point for each square of this side
+    #[arg(long, value_name = "FILE or grid:NODE:STEP", value_parser = parse::points())]
+    #[arg(value_hint = ValueHint::FilePath, help_heading = "Scene")]
     pub(crate) points: PointSource,
     /// File of the paths: .csv, .jsonl (a JSON object a line) or .npy; `-`: CSV to standard output
-    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path, value_hint = ValueHint::FilePath)]
+    #[arg(long, short, value_name = "FILE", value_parser = parse::table_path(), value_hint = ValueHint::FilePath)]
     #[arg(help_heading = "Output")]
     pub(crate) output: FileOrStream,
     /// The most bounces on a path; at a lens both branches count
@@ -41,9 +42,9 @@ pub(crate) struct ProjectArgs {
     /// A camera of the scene, or a .json file with OpenCV's K, R and t or a 3x4 matrix P; with --eye it is moved there
     /// [default: its first, else one that frames it]
     #[arg(long, value_name = "NAME, INDEX or FILE.json", conflicts_with = "target", help_heading = "View")]
-    pub(crate) camera: Option<String>,
+    pub(crate) camera: Option<OsString>,
     /// File for the picture's camera as K, R, t and P
-    #[arg(long, value_name = "FILE.json", value_parser = parse::file(), help_heading = "Output")]
+    #[arg(long, value_name = "FILE.json", value_parser = parse::camera_path(), help_heading = "Output")]
     pub(crate) write_camera: Option<PathBuf>,
     /// Point that the eye looks at, in place of the camera's direction
     #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true, requires = "eye")]
@@ -80,7 +81,6 @@ pub(crate) struct ProjectArgs {
 impl ProjectArgs {
     /// The file of the camera; `None` if it is one of the scene.
     pub(crate) fn camera_file(&self) -> Option<&Path> {
-        let camera = self.camera.as_deref().map(Path::new)?;
-        camera.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")).then_some(camera)
+        self.camera.as_deref().map(Path::new).filter(|camera| parse::is_camera(camera))
     }
 }

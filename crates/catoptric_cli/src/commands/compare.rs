@@ -5,7 +5,7 @@ mod staging;
 mod truth;
 
 use super::columns;
-use super::render::inputs::refuse_inputs;
+use super::render::inputs::{files_of, named as named_inputs, refuse_inputs};
 use crate::args::CompareArgs;
 use crate::backend;
 use crate::baked;
@@ -40,7 +40,7 @@ const CROP_STEM: &str = "crop";
 struct Compared<'a> {
     wanted: &'a Selected,
     chosen: Chosen,
-    /// It is the run that all are measured against.
+    /// True for the run that all are measured against.
     is_truth: bool,
     /// The beginning of its pictures' names.
     stem: String,
@@ -68,9 +68,15 @@ pub(crate) fn run(
     let compared = compared(&selected.methods, &shot, truth_method.as_ref())?;
     let stems: Vec<String> = compared.iter().filter(|it| !it.is_truth).map(|it| it.stem.clone()).collect();
     let files = report::names(args.report.pictures.then_some(&stems), args.report.crop.is_some());
-    check_outputs(args, &files)?;
+    let settings = selected.methods.iter().map(|wanted| &wanted.settings).chain([&selected.truth]);
+    let settings = settings.flat_map(|settings| settings.values().filter_map(toml::Value::as_str));
+    let inputs = named_inputs(&args.scene, &args.draw, settings);
+    check_outputs(args, &files, inputs.clone())?;
+    let plain = plain_names(args, words, files_of(inputs).into_keys());
     backend::remark(&args.draw, shot.gpu.as_ref(), terminal);
     let staging = Staging::new(&args.report.report, &files)?;
+    // The report's folder, where they may be, is there now.
+    [&args.report.csv, &args.report.latex].into_iter().flatten().try_for_each(|table| output::check_writable(table))?;
 
     let truth = match (other, &truth_method) {
         (None, Some(method)) => {
@@ -83,7 +89,7 @@ pub(crate) fn run(
     };
     let (entries, crop) = measured(args, &shot, &truth, compared, terminal)?;
     let mut report = Report {
-        command: command_line(words.iter().skip(1).map(|word| word.to_string_lossy().into_owned())),
+        command: command_line(words.iter().skip(1).map(|word| plain.of(&word.to_string_lossy()))),
         picture: png(&truth.shown)?,
         reflector_pixels: truth.reflector_pixels(),
         error_of_nothing: truth.error_of_nothing,
@@ -114,7 +120,7 @@ pub(crate) fn run(
     }
     terminal.errors(&failures);
     let text = summary(args, &report);
-    plain_names(args, words).apply(&mut report);
+    plain.apply(&mut report);
     report::write(staging.path(), &report, args.report.pictures)?;
     staging.publish()?;
     for (path, bytes) in tables(args, &report) {
@@ -142,7 +148,7 @@ fn check_crop(args: &CompareArgs) -> Result<(), Failure> {
 }
 
 /// Refuses outputs that are inputs, or one file, before any work.
-fn check_outputs(args: &CompareArgs, files: &[String]) -> Result<(), Failure> {
+fn check_outputs(args: &CompareArgs, files: &[String], inputs: Vec<PathBuf>) -> Result<(), Failure> {
     let folder = &args.report.report;
     let mut names: Vec<String> = report::files_of(folder).unwrap_or_default();
     names.extend_from_slice(files);
@@ -162,8 +168,7 @@ fn check_outputs(args: &CompareArgs, files: &[String]) -> Result<(), Failure> {
         let problem = "is the picture to measure against, and would be replaced; write to another place";
         return Err(Failure::usage(format!("--reference {}: {problem}", reference.display())));
     }
-    refuse_inputs(outputs(), (&args.scene, &args.draw))?;
-    tables.iter().try_for_each(|table| Ok(output::check_writable(table)?))
+    refuse_inputs(outputs(), inputs)
 }
 
 /// The methods with their settings and the names of their pictures.
@@ -342,9 +347,9 @@ fn named(label: &str, warning: &str) -> String {
 }
 
 /// The names of files that texts of the report have without their folders.
-fn plain_names(args: &CompareArgs, words: &[OsString]) -> PlainNames {
-    let files = [&args.scene.scene, &args.report.report].into_iter().chain(&args.reference).chain(&args.draw.baked);
-    PlainNames::new(words, files.chain(&args.scene.environment.environment).map(PathBuf::as_path))
+fn plain_names(args: &CompareArgs, words: &[OsString], inputs: impl Iterator<Item = PathBuf>) -> PlainNames {
+    let files = [&args.report.report].into_iter().chain(&args.reference).cloned();
+    PlainNames::new(words, files.chain(inputs))
 }
 
 /// The files of the table, and what they hold.

@@ -38,7 +38,7 @@ impl Display {
         Self { shown, is_chosen }
     }
 
-    /// What the command line asks for where nothing is to be chosen here; `None` if it asks for that.
+    /// The display that the command line asks for where nothing is to be chosen here; `None` if it asks for that.
     pub(crate) fn given(args: &DisplayArgs) -> Option<Self> {
         let exposure_stops = match args.exposure {
             Some(Exposure::Stops(stops)) => stops,

@@ -8,6 +8,7 @@ mod output;
 mod query;
 mod search;
 
+use super::render::inputs::refuse_inputs;
 use crate::args::{EnvironmentArgs, ProjectArgs, Shadows, ViewArgs};
 use crate::failure::Failure;
 use crate::parse::PointSource;
@@ -28,6 +29,7 @@ use input::Points;
 use output::Table;
 use query::{PointCounts, Query, StreamError, stream};
 use std::io;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The size of the picture that approximate methods sample without `--size`.
@@ -50,9 +52,8 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     };
     let objects = objects(&scene, args)?;
     let Seen { view, eye, camera } = seen(args, &scene)?;
-    if let Some(path) = &args.write_camera {
-        let camera = camera.as_ref().ok_or_else(|| Failure::usage("--write-camera needs the picture's --size"))?;
-        camera.write(path, &scene)?;
+    if args.write_camera.is_some() && camera.is_none() {
+        return Err(Failure::usage("--write-camera needs the picture's --size"));
     }
 
     let given = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
@@ -88,6 +89,9 @@ pub(crate) fn run(args: &ProjectArgs, options: &ArgMatches, terminal: &Terminal)
     let (search, direct) = (search.as_ref(), args.direct);
     let query = Query { search, visibility, hiding, eye, camera, table: &table, direct, origin };
     let counts = write(args, &query, &mut points, terminal)?;
+    if let (Some(path), Some(camera)) = (&args.write_camera, &query.camera) {
+        camera.write(path, &scene)?;
+    }
     terminal.warn(&model.warnings);
     terminal.warn(scene_source::remark_on_media(&args.method, &scene).iter());
     terminal.warn(cut_short_warning(&counts).iter());
@@ -123,6 +127,9 @@ fn check(args: &ProjectArgs) -> Result<(), Failure> {
     {
         return Err(Failure::usage(format!("{} is both --output and --write-camera", one.display())));
     }
+    let written = outputs.iter().filter_map(|(_, path)| *path);
+    let settings = args.set.iter().map(|(_, value)| PathBuf::from(value));
+    refuse_inputs(written, [args.scene.clone()].into_iter().chain(settings).collect())?;
     if args.eye.is_some() && args.eye == args.target {
         return Err(Failure::usage("--eye and --target are the same point: move one of them"));
     }
@@ -248,7 +255,7 @@ fn seen(args: &ProjectArgs, scene: &Scene) -> Result<Seen, Failure> {
     let read = args.camera_file().map(|path| PinholeCamera::read(path, args.size, scene)).transpose()?;
     let view_args = ViewArgs {
         size: args.size.unwrap_or(DEFAULT_SIZE),
-        camera: args.camera.clone().filter(|_| read.is_none()),
+        camera: args.camera.as_deref().filter(|_| read.is_none()).map(|name| name.to_string_lossy().into_owned()),
         eye: eye.filter(|_| args.target.is_some()),
         target: args.target,
         up: args.up,

@@ -35,7 +35,8 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     }
     let plan = Plan::new(args, options)?;
     let outputs = outputs(args, &plan)?;
-    inputs::refuse_inputs(outputs.iter().filter_map(FileOrStream::path), (&args.scene, &args.draw))?;
+    let inputs = inputs::of_render(args);
+    inputs::refuse_inputs(outputs.iter().filter_map(FileOrStream::path), inputs)?;
     let mut shot = Shot::load(&args.scene, options, &args.view, &args.draw, plan.sequence, terminal)?;
     if args.picture.transparent {
         shot.hide_background();

@@ -28,11 +28,21 @@ pub(crate) fn check_picture([width, height]: [u32; 2]) -> Result<(), Failure> {
 /// Bytes that this process can still take: of the machine, of its container, of its own limit.
 fn left() -> Option<u64> {
     let number = |path: &str| fs::read_to_string(path).ok()?.trim().parse::<u64>().ok();
-    let of_container = || number("/sys/fs/cgroup/memory.max")?.checked_sub(number("/sys/fs/cgroup/memory.current")?);
+    let of_container = || {
+        let used = number("/sys/fs/cgroup/memory.current")?;
+        // Pages of files are given up when memory is needed.
+        let table = fs::read_to_string("/sys/fs/cgroup/memory.stat").ok()?;
+        let lines = table.lines().filter_map(|line| line.split_once(' '));
+        let reclaimable: u64 = lines
+            .filter(|(name, _)| matches!(*name, "active_file" | "inactive_file"))
+            .filter_map(|(_, bytes)| bytes.trim().parse::<u64>().ok())
+            .sum();
+        Some(number("/sys/fs/cgroup/memory.max")?.saturating_sub(used.saturating_sub(reclaimable)))
+    };
     [of_system("MemAvailable"), of_container(), of_process()].into_iter().flatten().min()
 }
 
-/// What the limit of this process's addresses leaves.
+/// The bytes that the limit of this process's addresses leaves.
 fn of_process() -> Option<u64> {
     let limits = fs::read_to_string("/proc/self/limits").ok()?;
     let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;

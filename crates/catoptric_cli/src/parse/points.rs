@@ -1,6 +1,7 @@
 //! Where the points of `project` come from.
 
 use super::FileOrStream;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -44,24 +45,44 @@ impl FromStr for Grid {
     /// Reads `NODE:STEP`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (node, step) = text.rsplit_once(':').ok_or("write a grid as grid:NODE:STEP, such as grid:board:0.01")?;
-        let step = step.parse().ok().filter(|step: &f64| step.is_finite() && *step > 0.0);
-        let step = step.ok_or("the step of a grid must be a number above 0, in scene units: grid:NODE:STEP")?;
+        let step = step.parse().ok().filter(|step: &f64| (1e-9..=1e9).contains(step));
+        let step =
+            step.ok_or("the step of a grid must be a number from 1e-9 to 1e9, in scene units: grid:NODE:STEP")?;
         Ok(Self { node: node.to_owned(), step })
     }
 }
 
-pub(crate) fn table_path(text: &str) -> Result<FileOrStream, String> {
-    let table = FileOrStream::from(PathBuf::from(text));
+/// Reads the name of a table.
+pub(crate) fn table_path() -> impl TypedValueParser<Value = FileOrStream> {
+    PathBufValueParser::new().try_map(table)
+}
+
+/// Reads the name of a table, or a grid.
+pub(crate) fn points() -> impl TypedValueParser<Value = PointSource> {
+    PathBufValueParser::new().try_map(|path| match path.to_str().and_then(|text| text.strip_prefix(Grid::PREFIX)) {
+        Some(grid) => grid.parse().map(PointSource::Grid),
+        None => table(path).map(PointSource::Table),
+    })
+}
+
+/// Reads the name of a camera's file.
+pub(crate) fn camera_path() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match is_camera(&path) {
+        true => Ok(path),
+        false => Err("the name must end in .json"),
+    })
+}
+
+/// True for names of cameras' files.
+pub(crate) fn is_camera(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
+}
+
+pub(super) fn table(path: PathBuf) -> Result<FileOrStream, String> {
+    let table = FileOrStream::from(path);
     let is_known = |extension: &&str| table.has_extension(extension);
     match table == FileOrStream::Stream || ["csv", "npy"].iter().chain(&JSON_LINES).any(is_known) {
         true => Ok(table),
         false => Err("the name must end in .csv, .npy or .jsonl, or be `-`".into()),
-    }
-}
-
-pub(crate) fn points(text: &str) -> Result<PointSource, String> {
-    match text.strip_prefix(Grid::PREFIX) {
-        Some(grid) => grid.parse().map(PointSource::Grid),
-        None => table_path(text).map(PointSource::Table),
     }
 }

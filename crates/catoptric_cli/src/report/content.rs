@@ -32,7 +32,7 @@ pub(crate) enum Reference {
 /// A part of all pictures, shown side by side.
 pub(crate) struct Crop {
     pub(crate) region: Region,
-    /// That of the reference, PNG.
+    /// The reference's picture, PNG.
     pub(crate) picture: Vec<u8>,
     /// All side by side, the reference first, PNG.
     pub(crate) row: Vec<u8>,
@@ -45,9 +45,9 @@ pub(crate) struct Entry {
     pub(crate) variant: Option<String>,
     pub(crate) info: &'static MethodInfo,
     pub(crate) settings: Map<String, Value>,
-    /// It is the run that all are measured against.
+    /// True for the run that all are measured against.
     pub(crate) is_truth: bool,
-    /// It was to be compared; others are shown in tables alone.
+    /// True if it was to be compared; others are shown in tables alone.
     pub(crate) is_asked: bool,
     pub(crate) outcome: Outcome,
 }

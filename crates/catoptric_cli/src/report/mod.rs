@@ -59,7 +59,7 @@ pub(crate) fn files_of(folder: &Path) -> Option<Vec<String>> {
     let bytes = read_file(&folder.join(REPORT), MOST_REPORT_BYTES).ok()?;
     let entries: Vec<Value> = serde_json::from_slice(&bytes).ok()?;
     let is_ours = |entry: &Value| entry["label"].is_string() && entry.get("reference_ms").is_some();
-    if !entries.iter().all(is_ours) {
+    if entries.is_empty() || !entries.iter().all(is_ours) {
         return None;
     }
     let mut names = names(None, false);

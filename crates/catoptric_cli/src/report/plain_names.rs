@@ -12,9 +12,9 @@ pub(crate) struct PlainNames {
 }
 
 impl PlainNames {
-    /// Of the words of a command line and of files that are named elsewhere.
-    pub(crate) fn new<'a>(words: &[OsString], files: impl IntoIterator<Item = &'a Path>) -> Self {
-        let mut paths: Vec<PathBuf> = files.into_iter().map(PathBuf::from).collect();
+    /// The names in the words of a command line and of files that are named elsewhere.
+    pub(crate) fn new(words: &[OsString], files: impl IntoIterator<Item = PathBuf>) -> Self {
+        let mut paths: Vec<PathBuf> = files.into_iter().collect();
         for word in words.iter().map(|word| word.to_string_lossy()) {
             // Paths stand alone, or after `=` and in lists of settings.
             let starts = word.match_indices(['=', ':', ',']).map(|(at, _)| at + 1);
@@ -39,9 +39,8 @@ impl PlainNames {
         self.beginnings.iter().fold(text.to_owned(), |text, (path, name)| replaced(&text, path, name))
     }
 
-    /// Changes all texts of a report that may name files.
+    /// Changes the texts of a report that may name files, but for its command.
     pub(crate) fn apply(&self, report: &mut Report) {
-        report.command = self.of(&report.command);
         let change = |text: &mut String| *text = self.of(text);
         let values = |settings: &mut serde_json::Map<String, serde_json::Value>| {
             for value in settings.values_mut() {
@@ -94,7 +93,7 @@ mod tests {
         let words =
             ["compare", "/home/me/a b/room.glb", "--set=light_field.views=/data/v.toml,x=1", "--baked", "x.bake"];
         let words: Vec<OsString> = words.map(OsString::from).into();
-        let names = PlainNames::new(&words, [Path::new("/sky.hdr")]);
+        let names = PlainNames::new(&words, [PathBuf::from("/sky.hdr")]);
         let text = "'/home/me/a b/room.glb': /home/me/a b/textures/x.png, views=/data/v.toml,x=1 /sky.hdr x/data/y";
         assert_eq!(names.of(text), "'room.glb': textures/x.png, views=v.toml,x=1 sky.hdr x/data/y");
     }

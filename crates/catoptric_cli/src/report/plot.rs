@@ -21,7 +21,7 @@ pub(super) struct Plot {
 
 struct Point {
     label: String,
-    /// That of the method, for its colour and shape.
+    /// The method's number, for its colour and shape.
     number: usize,
     time_ms: f64,
     first_ms: f64,
@@ -183,7 +183,7 @@ impl Labels {
     }
 }
 
-/// What a mark stands for.
+/// The kinds of marks.
 enum Mark {
     Later,
     First,

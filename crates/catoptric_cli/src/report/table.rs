@@ -8,11 +8,11 @@ pub(super) struct Column {
     /// Columns of one group stand side by side.
     pub(super) group: &'static str,
     pub(super) heading: &'static str,
-    /// Its name in files.
+    /// The column's name in files.
     pub(super) key: &'static str,
-    /// Its heading on the console, for the most important ones.
+    /// The heading on the console, for the most important ones.
     console: Option<&'static str>,
-    /// Its meaning.
+    /// The meaning, in a line.
     pub(super) line: &'static str,
     value: fn(&Report, &Measured) -> Option<Value>,
     style: Style,
@@ -29,7 +29,7 @@ pub(super) enum Value {
 #[derive(Clone, Copy)]
 enum Style {
     Digits(usize),
-    /// Of a share.
+    /// A share in per cent.
     Percent,
     Milliseconds,
     Times,
@@ -266,7 +266,7 @@ impl Column {
             _ => None,
         };
         let best = others().filter(|entry| is_usable(entry)).filter_map(cost).fold(f64::INFINITY, f64::min);
-        // What reads alike is alike.
+        // Numbers that read alike are alike.
         let text = |cost: f64| self.style.text(sign * cost);
         cost(entry).is_some_and(|cost| cost <= best || text(cost) == text(best))
     }
@@ -297,7 +297,7 @@ pub(super) fn milliseconds(value: f64) -> String {
     }
 }
 
-/// What the stars mean, and which pictures have none.
+/// The meaning of the stars, and which pictures have none.
 pub(super) fn line_of_stars(report: &Report) -> String {
     let place = if report.reflector_pixels > 0 { "its reflectors" } else { "it" };
     let nothing = match report.error_of_nothing {

@@ -24,11 +24,13 @@ impl SpecularPath {
 
     /// The names of its objects from the eye on, joined by `>`; one in a name is `\>`, a backslash is two.
     pub fn names(&self, scene: &Scene) -> String {
-        let name = |bounce: &Bounce| {
-            let name = scene.objects[bounce.object as usize].name.as_str();
-            name.replace('\\', "\\\\").replace('>', "\\>")
-        };
+        let name = |bounce: &Bounce| Self::name_in_paths(&scene.objects[bounce.object as usize].name);
         self.bounces.iter().map(name).collect::<Vec<_>>().join(">")
+    }
+
+    /// A name as it stands in those of paths.
+    pub fn name_in_paths(name: &str) -> String {
+        name.replace('\\', "\\\\").replace('>', "\\>")
     }
 
     /// The path without its last bounce; returns `None` if it has one bounce.

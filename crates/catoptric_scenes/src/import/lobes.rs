@@ -20,7 +20,7 @@ pub(super) struct Details {
     pub(super) has_specular: bool,
 }
 
-/// What a volume absorbs along a unit of length, from the colour that white light has after a distance.
+/// The absorption of a volume along a unit of length, from the colour that white light has after a distance.
 pub(super) fn absorption(color: Vec3, distance: f32) -> Vec3 {
     if !(distance.is_finite() && distance > 0.0 && color.is_finite()) {
         return Vec3::ZERO;

@@ -20,6 +20,9 @@ pub(super) struct Selected {
     pub(super) settings: Table,
 }
 
+/// The longest name of a picture before its number and extension.
+const MOST_STEM: usize = 100;
+
 /// The selection of a comparison.
 #[derive(Debug)]
 pub(super) struct Selection {
@@ -32,7 +35,8 @@ impl Selected {
     /// A file name that names the method.
     pub(super) fn file_stem(&self) -> String {
         let safe = |c: char| if c.is_ascii_alphanumeric() || "._-".contains(c) { c } else { '-' };
-        self.label.chars().map(safe).collect()
+        // File systems have names of 255 bytes.
+        self.label.chars().map(safe).take(MOST_STEM).collect()
     }
 }
 

@@ -23,9 +23,9 @@ pub(super) struct Truth {
     picture: Framebuffer,
     /// As it is shown.
     pub(super) shown: Framebuffer,
-    /// It has 8 bits: others are rounded and clamped as it is.
+    /// True if it has 8 bits: others are rounded and clamped as it is.
     is_rounded: bool,
-    /// Of all pictures.
+    /// Exposure and tone of all pictures.
     pub(super) display: Display,
     /// The pixels that show a reflector or lens.
     mask: Vec<bool>,
@@ -38,7 +38,7 @@ pub(super) struct Truth {
 /// Another program's picture, as it was read.
 pub(super) struct OtherPicture {
     picture: Framebuffer,
-    /// It holds radiance.
+    /// True if it holds radiance.
     is_linear: bool,
 }
 

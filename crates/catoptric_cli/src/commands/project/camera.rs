@@ -5,7 +5,8 @@ use catoptric::input::read_file;
 use catoptric::output;
 use catoptric::scene::{PreciseView, Scene, View};
 use glam::{DMat3, DVec2, DVec3};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
+use serde_json::{Value, json};
 use std::io::Write as _;
 use std::path::Path;
 
@@ -13,6 +14,8 @@ use std::path::Path;
 const MOST_BYTES: u64 = 1 << 20;
 /// The longest side of a picture, in pixels.
 const MOST_SIDE: u32 = 1 << 24;
+/// Eyes farther from the origin are taken for slips.
+const MOST_COORDINATE: f64 = 1e9;
 /// The largest deviation from a rotation, and of two descriptions from each other, relative to their numbers.
 const TOLERANCE: f64 = 1e-4;
 /// The position, in our pixels, of the middle of a picture's first pixel: 0, 0 in OpenCV's.
@@ -32,41 +35,23 @@ pub(super) struct PinholeCamera {
 }
 
 /// A camera in a file.
-#[derive(Debug, Deserialize, Serialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CameraFile {
-    #[serde(default)]
-    note: String,
+    #[serde(default, rename = "note")]
+    _note: String,
     width: Option<u32>,
     height: Option<u32>,
-    #[serde(rename = "K", default)]
-    intrinsics: Option<[[f64; 3]; 3]>,
-    #[serde(rename = "R", default)]
-    rotation: Option<[[f64; 3]; 3]>,
-    #[serde(rename = "t", default)]
-    translation: Option<Column>,
-    #[serde(rename = "P", default)]
-    projection: Option<[[f64; 4]; 3]>,
+    #[serde(rename = "K")]
+    intrinsics: Option<Value>,
+    #[serde(rename = "R")]
+    rotation: Option<Value>,
+    #[serde(rename = "t")]
+    translation: Option<Value>,
+    #[serde(rename = "P")]
+    projection: Option<Value>,
     /// Coefficients of distortion; all must be zero.
-    #[serde(default, skip_serializing)]
-    dist: Vec<f64>,
-}
-
-/// Three numbers, or three rows of one.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
-enum Column {
-    Flat([f64; 3]),
-    Rows([[f64; 1]; 3]),
-}
-
-impl Column {
-    fn vector(self) -> DVec3 {
-        match self {
-            Self::Flat(numbers) => numbers.into(),
-            Self::Rows(rows) => rows.map(|[number]| number).into(),
-        }
-    }
+    dist: Option<Value>,
 }
 
 /// The left part and the last column of a 3x4 projection.
@@ -88,11 +73,9 @@ impl PinholeCamera {
     pub(super) fn read(path: &Path, size: Option<[u32; 2]>, scene: &Scene) -> Result<Self, Failure> {
         let fail = |problem: String| Failure::input(format!("{}: {problem}", path.display()));
         let bytes = read_file(path, MOST_BYTES).map_err(|error| fail(format!("cannot read it: {error}")))?;
-        let file: CameraFile = serde_json::from_slice(&bytes).map_err(|error| {
-            fail(format!(
-                "{error}; a camera is {{\"width\", \"height\", \"K\": 3x3, \"R\": 3x3, \"t\": 3}} or has \"P\": 3x4"
-            ))
-        })?;
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+        let form = "a camera has width, height and K, R, t or P, such as {\"K\": [[500, 0, 319.5], ...], ...}";
+        let file: CameraFile = serde_json::from_slice(text).map_err(|error| fail(format!("{error}; {form}")))?;
         file.camera(size, scene).map_err(fail)
     }
 
@@ -104,20 +87,16 @@ impl PinholeCamera {
         let last = intrinsics * translation;
         let rows = |matrix: &DMat3| matrix.transpose().to_cols_array_2d();
         let left = rows(&(intrinsics * rotation));
-        let file = CameraFile {
-            note: NOTE.to_owned(),
-            width: Some(self.size[0]),
-            height: Some(self.size[1]),
-            intrinsics: Some(rows(&intrinsics)),
-            rotation: Some(rows(&rotation)),
-            translation: Some(Column::Flat(translation.into())),
-            projection: Some(std::array::from_fn(|row| {
-                let [x, y, z] = left[row];
-                [x, y, z, last[row]]
-            })),
-            dist: Vec::new(),
-        };
-        let text = serde_json::to_string_pretty(&file).map_err(|error| Failure::input(error.to_string()))?;
+        let projection: [[f64; 4]; 3] = std::array::from_fn(|row| {
+            let [x, y, z] = left[row];
+            [x, y, z, last[row]]
+        });
+        let [width, height] = self.size;
+        let file = json!({
+            "note": NOTE, "width": width, "height": height, "K": rows(&intrinsics), "R": rows(&rotation),
+            "t": translation.to_array(), "P": projection,
+        });
+        let text = serde_json::to_string_pretty(&file)?;
         Ok(output::write_file(path, |writer| writeln!(writer, "{text}"))?)
     }
 
@@ -136,64 +115,100 @@ impl PinholeCamera {
 
 impl CameraFile {
     fn camera(&self, size: Option<[u32; 2]>, scene: &Scene) -> Result<PinholeCamera, String> {
-        let size = match (self.width.zip(self.height), size) {
-            (Some((width, height)), Some(given)) if [width, height] != given => {
+        let size = match (self.width, self.height, size) {
+            (Some(width), Some(height), Some(given)) if [width, height] != given => {
                 return Err(format!("its picture has {width}x{height} pixels, --size {}x{}", given[0], given[1]));
             }
-            (Some((width, height)), _) => [width, height],
-            (None, Some(given)) => given,
-            (None, None) => return Err("it has no width and height: add them, or give --size".into()),
+            (Some(width), Some(height), _) => [width, height],
+            (None, None, Some(given)) => given,
+            (None, None, None) => return Err("it has no width and height: add them, or give --size".into()),
+            _ => return Err("width and height belong together: one of them is missing".into()),
         };
         if size.iter().any(|side| !(1..=MOST_SIDE).contains(side)) {
             return Err(format!("width and height must be 1 to {MOST_SIDE} pixels"));
         }
-        if self.dist.iter().any(|coefficient| *coefficient != 0.0) {
+        if let Some(dist) = &self.dist
+            && numbers("dist", dist)?.iter().any(|coefficient| *coefficient != 0.0)
+        {
             return Err("dist: lens distortion is not supported; undistort the picture first, and leave it out".into());
         }
         let (left, last) = self.projection()?;
-        let depth = left.row(2).length();
-        let sign = left.determinant().signum();
-        let scale = sign / depth;
-        if !scale.is_finite() || left.determinant().abs() <= f64::MIN_POSITIVE || !left.inverse().is_finite() {
+        let inverse = left.inverse();
+        if !inverse.is_finite() {
             return Err("its projection is singular: a camera with an eye is needed".into());
         }
-        let eye = -(left.inverse() * last);
+        let eye = -(inverse * last);
+        if !eye.is_finite() || eye.abs().max_element() > MOST_COORDINATE {
+            return Err(format!("t or P: the eye is not within {MOST_COORDINATE:e} of the origin"));
+        }
         let to_corner = DMat3::from_translation(DVec2::splat(FIRST_PIXEL));
-        Ok(PinholeCamera { size, eye: eye - scene.origin, projection: to_corner * (left * scale) })
+        let in_front = left.determinant().signum();
+        Ok(PinholeCamera { size, eye: eye - scene.origin, projection: to_corner * (left * in_front) })
     }
 
-    /// The projection of points of the world to OpenCV's pixels.
+    /// The projection of points of the world to OpenCV's pixels, whose last row has the length 1.
     fn projection(&self) -> Result<Projection, String> {
-        let from_rows = |rows: [[f64; 3]; 3]| DMat3::from_cols_array_2d(&rows).transpose();
-        let given = self.projection.map(|rows| {
-            let left = from_rows(rows.map(|[x, y, z, _]| [x, y, z]));
-            (left, DVec3::from(rows.map(|[.., last]| last)))
-        });
-        let parts = match (self.intrinsics, self.rotation, self.translation) {
+        let given = match &self.projection {
+            None => None,
+            Some(value) => {
+                let rows = matrix::<4>("P", value)?;
+                let length = DVec3::from_slice(&rows[2][..3]).length();
+                let rows = rows.map(|row| row.map(|number| number / length));
+                Some((from_rows(rows.map(|[x, y, z, _]| [x, y, z])), DVec3::from(rows.map(|[.., last]| last))))
+            }
+        };
+        let parts = match (&self.intrinsics, &self.rotation, &self.translation) {
             (Some(intrinsics), Some(rotation), Some(translation)) => {
-                let (intrinsics, rotation) = (from_rows(intrinsics), from_rows(rotation));
+                let intrinsics = from_rows(matrix("K", intrinsics)?);
+                let rotation = from_rows(matrix("R", rotation)?);
                 check_parts(&intrinsics, &rotation)?;
-                Some((intrinsics * rotation, intrinsics * translation.vector()))
+                let translation = numbers("t", translation)?;
+                let translation: [f64; 3] = translation.try_into().map_err(|_| "t must be three numbers")?;
+                Some((intrinsics * rotation, intrinsics * DVec3::from(translation)))
             }
             (None, None, None) => None,
             _ => return Err("K, R and t belong together: one of them is missing".into()),
         };
-        let is_close = |(one, other): (Projection, Projection)| {
-            let unit = |(left, last): Projection| (left * (1.0 / left.row(2).length()), last / left.row(2).length());
-            let ((one, first), (other, second)) = (unit(one), unit(other));
-            let sign = (one.row(2).dot(other.row(2))).signum();
-            let size =
-                one.to_cols_array().into_iter().chain(first.to_array()).fold(0.0, |size: f64, x| size.max(x.abs()));
-            one.abs_diff_eq(other * sign, TOLERANCE * size) && first.abs_diff_eq(second * sign, TOLERANCE * size)
-        };
         match (given, parts) {
-            (Some(one), Some(other)) if !is_close((one, other)) => {
+            (Some(one), Some(other)) if !is_same(one, other) => {
                 Err("P is not K [R | t]: leave one of the two out".into())
             }
             (_, Some(projection)) | (Some(projection), None) => Ok(projection),
             (None, None) => Err("it has neither K, R and t nor P".into()),
         }
     }
+}
+
+/// True for projections that are the same up to their sign.
+fn is_same((one, first): Projection, (other, second): Projection) -> bool {
+    let sign = one.row(2).dot(other.row(2)).signum();
+    let numbers = one.to_cols_array().into_iter().chain(first.to_array());
+    let tolerance = TOLERANCE * numbers.fold(0.0, |most: f64, number| most.max(number.abs()));
+    one.abs_diff_eq(other * sign, tolerance) && first.abs_diff_eq(second * sign, tolerance)
+}
+
+fn from_rows(rows: [[f64; 3]; 3]) -> DMat3 {
+    DMat3::from_cols_array_2d(&rows).transpose()
+}
+
+/// Three rows of so many numbers.
+fn matrix<const COLUMNS: usize>(key: &str, value: &Value) -> Result<[[f64; COLUMNS]; 3], String> {
+    let all = numbers(key, value)?;
+    if all.len() != 3 * COLUMNS {
+        return Err(format!("{key} must be 3 rows of {COLUMNS} numbers"));
+    }
+    Ok(std::array::from_fn(|row| std::array::from_fn(|column| all[row * COLUMNS + column])))
+}
+
+/// The numbers of a list, of rows, or of a column.
+fn numbers(key: &str, value: &Value) -> Result<Vec<f64>, String> {
+    let wrong = || format!("{key} must be made of finite numbers");
+    let Value::Array(list) = value else { return Ok(vec![value.as_f64().ok_or_else(wrong)?]) };
+    let rows = list.iter().map(|entry| match entry {
+        Value::Array(row) => row.iter().map(|number| number.as_f64().ok_or_else(wrong)).collect(),
+        number => Ok(vec![number.as_f64().ok_or_else(wrong)?]),
+    });
+    Ok(rows.collect::<Result<Vec<Vec<f64>>, String>>()?.concat())
 }
 
 fn check_parts(intrinsics: &DMat3, rotation: &DMat3) -> Result<(), String> {

@@ -5,16 +5,22 @@ use crate::parse::Grid;
 use catoptric::error::did_you_mean;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Role, Scene};
+use catoptric::surface::PlacedSurface;
 use glam::{DVec2, DVec3};
 
 /// The most points of a grid.
 const MOST_POINTS: usize = 4_000_000;
 /// The most places that are looked at for them.
-const MOST_PLACES: f64 = 1e9;
+const MOST_PLACES: f64 = 5e7;
+/// An axis is taken for steeper than one before it if it is by this share: faces at even angles to two axes have one.
+const CLEARLY: f64 = 1.0 + 1e-3;
+/// Steps of Newton's method from a triangle to the exact surface.
+const STEPS: usize = 4;
 
 /// The points of a grid, in the coordinates of the scene's file: the middles of square cells from the lower corner of
 /// each object's box on, projected along the axis that is steepest to each triangle. A plane face has one point for
-/// each cell, however it is divided into triangles.
+/// each cell that is seen along that axis, however it is divided into triangles. Exact surfaces have them, not their
+/// triangles.
 pub(super) fn points(grid: &Grid, scene: &Scene) -> Result<Vec<DVec3>, Failure> {
     let Grid { node, step } = grid;
     let usage = |problem: String| Failure::usage(format!("--points {}{node}:{step}: {problem}", Grid::PREFIX));
@@ -32,14 +38,39 @@ pub(super) fn points(grid: &Grid, scene: &Scene) -> Result<Vec<DVec3>, Failure> 
         if !chosen[object as usize] {
             continue;
         }
-        cells.lower = scene.objects[object as usize].bounds.min.as_dvec3();
+        let object = &scene.objects[object as usize];
+        cells.lower = object.bounds.min.as_dvec3();
+        let first = cells.points.len();
         cells.cover(triangle.map(|vertex| scene.positions[vertex as usize].as_dvec3()));
-        if cells.points.len() > MOST_POINTS || cells.places > MOST_PLACES {
+        if cells.points.len() > MOST_POINTS {
             return Err(usage(format!("the step is too small: there are more than {MOST_POINTS} points")));
         }
+        if cells.is_overrun() {
+            return Err(usage(format!("the step is too small: it makes more than {MOST_PLACES} cells")));
+        }
+        if let Some(surface) = &object.surface {
+            cells.points[first..].iter_mut().for_each(|point| *point = onto(surface, *point));
+        }
+    }
+    if cells.points.is_empty() {
+        return Err(usage("no cell of this size has its middle on it; choose a smaller step".into()));
     }
     cells.points.iter_mut().for_each(|point| *point += scene.origin);
     Ok(cells.points)
+}
+
+/// The point of an exact surface near one of its triangles.
+fn onto(surface: &PlacedSurface, triangle_point: DVec3) -> DVec3 {
+    let mut point = triangle_point;
+    for _ in 0..STEPS {
+        let taylor = surface.taylor2(point);
+        let step = taylor.gradient * (taylor.value / taylor.gradient.length_squared());
+        if !step.is_finite() {
+            return triangle_point;
+        }
+        point -= step;
+    }
+    point
 }
 
 /// Square cells in which triangles are covered.
@@ -52,10 +83,16 @@ struct Cells {
 }
 
 impl Cells {
+    /// True if more places are to be looked at than is allowed, or they cannot be counted.
+    fn is_overrun(&self) -> bool {
+        self.places.is_nan() || self.places > MOST_PLACES
+    }
+
     /// Appends the points on a triangle, until there are more than allowed.
     fn cover(&mut self, corners: [DVec3; 3]) {
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let steepest = (0..3).max_by(|a, b| normal[*a].abs().total_cmp(&normal[*b].abs())).unwrap_or(0);
+        let steeper = |best: usize, axis| if normal[axis].abs() > CLEARLY * normal[best].abs() { axis } else { best };
+        let steepest = [1, 2].into_iter().fold(0, steeper);
         if normal[steepest] == 0.0 || !normal.is_finite() {
             return;
         }
@@ -69,19 +106,23 @@ impl Cells {
         if normal[steepest] < 0.0 {
             flats.swap(1, 2);
         }
-        let least = flats[0].min(flats[1]).min(flats[2]).ceil();
-        let most = flats[0].max(flats[1]).max(flats[2]).floor();
-        if least.cmpgt(most).any() {
+        let heights = flats.map(|corner| corner.y);
+        let (first, last) =
+            (heights.iter().fold(f64::MAX, |a, b| a.min(*b)), heights.iter().fold(f64::MIN, |a, b| a.max(*b)));
+        let rows = (last.floor() - first.ceil() + 1.0).max(0.0);
+        self.places += rows;
+        if self.is_overrun() {
             return;
         }
-        let count = most - least + 1.0;
-        self.places += count.x * count.y;
-        if self.places > MOST_PLACES {
-            return;
-        }
-        for row in 0..count.y as u64 {
-            for column in 0..count.x as u64 {
-                let place = least + DVec2::new(column as f64, row as f64);
+        for row in 0..rows as u64 {
+            let y = first.ceil() + row as f64;
+            let [least, most] = span(flats, y);
+            self.places += most - least + 1.0;
+            for column in 0..(most - least + 1.0) as u64 {
+                let place = DVec2::new(least + column as f64, y);
+                if self.is_overrun() || self.points.len() > MOST_POINTS {
+                    return;
+                }
                 if !(0..3).all(|edge| is_inside(flats[edge], flats[(edge + 1) % 3], place)) {
                     continue;
                 }
@@ -92,12 +133,24 @@ impl Cells {
                 let aside = normal[across] * relative[across] + normal[along] * relative[along];
                 point[steepest] = corners[0][steepest] - aside / normal[steepest];
                 self.points.push(point);
-                if self.points.len() > MOST_POINTS {
-                    return;
-                }
             }
         }
     }
+}
+
+/// The first and last whole number along a row that may lie in a triangle, and one more on each side for rounding.
+fn span(corners: [DVec2; 3], y: f64) -> [f64; 2] {
+    let mut range = [f64::MAX, f64::MIN];
+    for edge in 0..3 {
+        let (from, to) = (corners[edge], corners[(edge + 1) % 3]);
+        let [low, high] = if from.y < to.y { [from, to] } else { [to, from] };
+        if (low.y..=high.y).contains(&y) {
+            let share = if high.y > low.y { (y - low.y) / (high.y - low.y) } else { 0.0 };
+            let ends = if high.y > low.y { [low.x + (high.x - low.x) * share; 2] } else { [low.x, high.x] };
+            range = [range[0].min(ends[0]).min(ends[1]), range[1].max(ends[0]).max(ends[1])];
+        }
+    }
+    [range[0].floor() - 1.0, range[1].ceil() + 1.0]
 }
 
 /// True for places on the left of an edge, and for those on it if it runs forward: of two triangles that share an edge

@@ -52,7 +52,14 @@ struct JsonPoints {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum JsonPoint {
-    Named { x: f64, y: f64, z: f64 },
+    Named {
+        #[serde(alias = "X")]
+        x: f64,
+        #[serde(alias = "Y")]
+        y: f64,
+        #[serde(alias = "Z")]
+        z: f64,
+    },
     Listed([f64; 3]),
 }
 
@@ -241,12 +248,15 @@ impl JsonPoints {
             if read == MOST_LINE && !self.text.ends_with(b"\n") {
                 return Err(format!("the line is longer than {MOST_LINE} bytes"));
             }
-            if self.text.trim_ascii().is_empty() {
+            let text = self.text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&self.text).trim_ascii();
+            if text.is_empty() {
                 continue;
             }
-            let [x, y, z] = match serde_json::from_slice(&self.text) {
+            let [x, y, z] = match serde_json::from_slice(text) {
                 Ok(JsonPoint::Named { x, y, z } | JsonPoint::Listed([x, y, z])) => [x, y, z].map(checked),
-                Err(_) => return Err("a point is {\"x\": 1, \"y\": 2, \"z\": 3} or [1, 2, 3]".into()),
+                Err(_) => {
+                    return Err("a point is {\"x\": 1, \"y\": 2, \"z\": 3} or [1, 2, 3], on a line of its own".into());
+                }
             };
             return Ok(Some(DVec3::new(x?, y?, z?)));
         }

@@ -78,7 +78,8 @@ impl Table {
         let mut paths: Vec<[String; 2]> =
             paths.iter().map(|path| [path.kinds(), short(path.names(scene), order)]).collect();
         paths.push(Default::default());
-        let objects: Vec<String> = scene.objects.iter().map(|object| short(object.name.clone(), 1)).collect();
+        let objects: Vec<String> =
+            scene.objects.iter().map(|object| short(SpecularPath::name_in_paths(&object.name), 1)).collect();
         let names_width = paths.iter().map(|[_, names]| names.len()).max().unwrap_or(0).max(1);
         let objects_width = objects.iter().map(String::len).max().unwrap_or(0).max(1);
         let origin = scene.origin;

@@ -1,6 +1,6 @@
 //! The files that a picture is made of, found by the names in them.
 
-use crate::args::{DrawArgs, SceneArgs};
+use crate::args::{DrawArgs, RenderArgs, SceneArgs};
 use crate::failure::Failure;
 use catoptric::output;
 use catoptric_scenes::ENVIRONMENT_NAMES;
@@ -26,33 +26,50 @@ const KINDS: [&str; 17] = [
 /// The time of a file's last change and its size; none where there is no such file.
 pub(super) type Stamp = Option<(SystemTime, u64)>;
 
-/// Refuses outputs that are files of the scene, its environment or bakes, or files that these name.
+/// The files that options name: of the scene, its environment, its bakes, and of methods' settings.
+pub(in crate::commands) fn named<'a>(
+    scene: &SceneArgs,
+    draw: &DrawArgs,
+    settings: impl Iterator<Item = &'a str>,
+) -> Vec<PathBuf> {
+    let environment = scene.environment.environment.iter();
+    let is_file = |path: &&PathBuf| !ENVIRONMENT_NAMES.iter().any(|name| path.as_os_str() == *name);
+    let mut named = vec![scene.scene.clone()];
+    named.extend(environment.filter(is_file).chain(&draw.baked).cloned());
+    named.extend(settings.map(PathBuf::from));
+    named
+}
+
+/// The same of a picture.
+pub(super) fn of_render(args: &RenderArgs) -> Vec<PathBuf> {
+    let variant = args.method.split([':', ',']).filter_map(|part| part.split_once('='));
+    let values = args.set.iter().map(|(_, value)| value.as_str()).chain(variant.map(|(_, value)| value));
+    named(&args.scene, &args.draw, values)
+}
+
+/// Refuses outputs that are these inputs, or files that they name.
 pub(in crate::commands) fn refuse_inputs<'a>(
     outputs: impl Iterator<Item = &'a Path>,
-    (scene, draw): (&SceneArgs, &DrawArgs),
+    inputs: Vec<PathBuf>,
 ) -> Result<(), Failure> {
     let there: Vec<&Path> = outputs.filter(|path| path.is_file()).collect();
     if there.is_empty() {
         return Ok(());
     }
-    let inputs = files_of(scene, draw);
+    let inputs = files_of(inputs);
     for output in there {
         if inputs.keys().any(|input| output::is_same_file(input, output)) {
-            let problem = "is a file that the picture is made of; write to another name";
+            let problem = "is a file that is read, too; write to another name";
             return Err(Failure::usage(format!("{}: {problem}", output.display())));
         }
     }
     Ok(())
 }
 
-/// The files of a scene, its environment and bakes, and those that they name, whether these are there or not. Each is
-/// looked at before it is read: changes in the meantime are not missed.
-pub(super) fn files_of(scene: &SceneArgs, draw: &DrawArgs) -> BTreeMap<PathBuf, Stamp> {
+/// Files and those that they name, whether these are there or not. Each is looked at before it is read: changes in the
+/// meantime are not missed.
+pub(in crate::commands) fn files_of(mut open: Vec<PathBuf>) -> BTreeMap<PathBuf, Stamp> {
     let mut found = BTreeMap::new();
-    let mut open = vec![scene.scene.clone()];
-    let is_file = |path: &&PathBuf| !ENVIRONMENT_NAMES.iter().any(|name| path.as_os_str() == *name);
-    open.extend(scene.environment.environment.iter().filter(is_file).cloned());
-    open.extend(draw.baked.iter().cloned());
     while let Some(path) = open.pop() {
         if found.len() < MAX_FILES && !found.contains_key(&path) {
             found.insert(path.clone(), stamp_of(&path));

@@ -1,6 +1,6 @@
 //! `catoptric render --watch`: the picture again whenever files of the scene change.
 
-use super::inputs::{files_of, stamp_of};
+use super::inputs::{files_of, of_render, stamp_of};
 use crate::args::RenderArgs;
 use crate::failure::{Failure, written};
 use crate::parse::FileOrStream;
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     }
     loop {
         // Before the picture: what changes while it is drawn is not missed.
-        let before = files_of(&args.scene, &args.draw);
+        let before = files_of(of_render(args));
         match super::run(args, options, terminal) {
             Ok(text) => {
                 let mut stdout = std::io::stdout().lock();

@@ -41,17 +41,20 @@ fn row_of<'a>(page: &'a str, method: &str) -> &'a str {
 #[test]
 fn a_report_is_one_file_that_names_no_folder() {
     let place = Workplace::new();
-    let folder = place.folder.path().canonicalize().unwrap();
+    // Shells need quotes around this folder.
+    let folder = place.folder.path().canonicalize().unwrap().join("it's deep");
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::copy(place.path("scene.toml"), folder.join("scene.toml")).unwrap();
     let (scene, report) = (folder.join("scene.toml"), folder.join("report"));
     let views = format!("light_field:views={}", folder.join("none.toml").display());
     let words = ["compare", scene.to_str().unwrap(), "--report", report.to_str().unwrap()];
     place.ends(1, &[&words, &SMALL[..], &["--method", "environment_map", "--method", &views]].concat());
     assert_eq!(files(&report), ["report.html", "report.json"]);
-    let (page, json) = (place.text("report/report.html"), place.text("report/report.json"));
+    let [page, json] = ["html", "json"].map(|kind| place.text(&format!("it's deep/report/report.{kind}")));
     for text in [&page, &json] {
-        assert!(!text.contains(folder.to_str().unwrap()) && text.contains("scene.toml") && text.contains("none.toml"));
+        assert!(!text.contains("deep") && text.contains("scene.toml") && text.contains("none.toml"));
     }
-    assert_eq!(place.json("report/report.json")[0]["scene"], "scene.toml");
+    assert_eq!(place.json("it's deep/report/report.json")[0]["scene"], "scene.toml");
     assert!(page.contains("<title>catoptric: methods on scene.toml</title>"));
 
     // The reference, the method, and where they differ; the reference is that of `render`.
@@ -131,7 +134,7 @@ fn methods_are_measured_against_the_pictures_of_others() {
     assert!(page.contains("measured against the picture <b>other.exr</b>"));
     assert_eq!(report.as_array().unwrap().len(), 1);
 
-    // What `render` writes as .png differs in nothing; the reference is a method where it is wanted.
+    // The picture that `render` writes as .png differs in nothing; the reference is a method where it is wanted.
     let (said, report, _) = against("own.png", &["--method", "reference"]);
     for key in ["flip_mean", "rmse", "over_0_1"] {
         assert_eq!(report[0]["error"]["image"][key], 0.0, "{key}");
@@ -147,7 +150,8 @@ fn methods_are_measured_against_the_pictures_of_others() {
     let message = place.fails(1, &[&words[..], &["broken.exr"], &SMALL].concat());
     assert!(message.contains("broken.exr") && message.contains("1, 1 is not finite"), "{message}");
     for wrong in [["--exposure", "auto"], ["--projection-every", "2"], ["--set", "reference.seed=1"]] {
-        place.fails(2, &[&words[..], &["own.png"], &SMALL, &wrong].concat());
+        let message = place.fails(2, &[&words[..], &["own.png"], &SMALL, &wrong].concat());
+        assert!(message.contains(wrong[0]), "{message}");
     }
 }
 
@@ -251,7 +255,7 @@ fn reports_replace_their_own_files_and_no_input() {
     for (more, problem) in [
         (["--reference", "report/reference.png"], "measure against"),
         (["--csv", "report/report.html"], "two outputs"),
-        (["--latex", "scene.toml"], "made of"),
+        (["--latex", "scene.toml"], "is read, too"),
         (["--csv", "none/t.csv"], "none/t.csv"),
     ] {
         let output = place.run(&[&words[..], &more].concat());

@@ -57,7 +57,7 @@ fn cameras_are_those_of_opencv() {
         assert_eq!([&behind[4], &behind[6]], ["", "0"]);
     };
     formula("camera.json", &camera());
-    // What is written is the same camera, and its matrix alone is, by any factor.
+    // The written file is the same camera, and its matrix alone is, by any factor.
     place.ok(&["--method", "exact", "--camera", "camera.json", "--write-camera", "written.json"]);
     let written = place.workplace.json("written.json");
     for (key, tolerance) in [("K", 1e-9), ("R", 1e-12)] {
@@ -68,9 +68,11 @@ fn cameras_are_those_of_opencv() {
         }
     }
     formula("whole.json", &written);
-    let scaled: Vec<Vec<f64>> = serde_json::from_value(written["P"].clone()).unwrap();
-    let scaled: Vec<Vec<f64>> = scaled.into_iter().map(|row| row.into_iter().map(|x| x * -2.5).collect()).collect();
-    formula("matrix.json", &json!({ "width": 640, "height": 480, "P": scaled }));
+    let matrix: Vec<Vec<f64>> = serde_json::from_value(written["P"].clone()).unwrap();
+    for factor in [-2.5, 1e105, 1e-105] {
+        let scaled: Vec<Vec<f64>> = matrix.iter().map(|row| row.iter().map(|x| x * factor).collect()).collect();
+        formula("matrix.json", &json!({ "width": 640, "height": 480, "P": scaled, "dist": [[0, 0, 0, 0]] }));
+    }
 }
 
 #[test]
@@ -82,7 +84,11 @@ fn cameras_that_are_none_are_refused_by_key() {
         (json!({ "R": null }), "one of them is missing"),
         (json!({ "dist": [0.1, 0, 0, 0] }), "lens distortion is not supported; undistort"),
         (json!({ "P": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]] }), "P is not K [R | t]"),
-        (json!({ "width": null }), "no width and height: add them, or give --size"),
+        (json!({ "width": null, "height": null }), "no width and height: add them, or give --size"),
+        (json!({ "width": null }), "width and height belong together"),
+        (json!({ "K": [[1, 0], [0, 1]] }), "K must be 3 rows of 3 numbers"),
+        (json!({ "t": ["a", 0, 0] }), "t must be made of finite numbers"),
+        (json!({ "t": [0, 1e12, 0] }), "the eye is not within 1e9 of the origin"),
         (json!({ "tvec": [0, 0, 0] }), "unknown field `tvec`"),
         (json!({ "K": null, "R": null, "t": null }), "it has neither K, R and t nor P"),
     ];
@@ -94,11 +100,14 @@ fn cameras_that_are_none_are_refused_by_key() {
         assert!(message.contains("bad.json: ") && message.contains(said), "{message}");
     }
     place.workplace.write("camera.json", camera().to_string());
+    place.workplace.write("scene.csv", "");
     for (words, said) in [
         (&["--camera", "camera.json"][..], "leave out --method"),
         (&["--method", "exact", "--camera", "camera.json", "--fov", "40"], "--fov: the camera's file says it"),
         (&["--method", "exact", "--write-camera", "new.json"], "--write-camera needs the picture's --size"),
         (&["--method", "exact", "--camera", "camera.json", "--write-camera", "camera.json"], "both --camera and"),
+        (&["--size", "8x8", "--write-camera", "new.txt"], "must end in .json"),
+        (&["-o", "scene.csv", "--size", "8x8", "--set", "views=scene.csv"], "scene.csv: is a file that is read, too"),
     ] {
         assert!(place.fails(2, words).contains(said), "{words:?}");
     }
@@ -164,10 +173,39 @@ fn grids_cover_surfaces_evenly_however_they_are_divided() {
         .collect();
     assert_eq!(sorted, expected);
     std::fs::remove_file(place.workplace.path("out.csv")).unwrap();
+    // Faces at an even angle to two axes, however their triangles lie, and exact surfaces, which hide no point of
+    // their own that faces the eye.
+    let turned = "[[object]]\nname = \"turned\"\nshape = \"box\"\nsize = [1, 1, 1]\nrotation_deg = [0, 45, 0]\n\
+                  [[reflector]]\nname = \"ball\"\nsurface = \"sphere\"\ncenter = [0.5, 1.25, -1]\nradius = 0.25\n";
+    place.workplace.write("scene.toml", scene.replace("[role]", &format!("{turned}[role]")));
+    place.ok(&["--points", "grid:turned:0.0625", "--direct", "--only", "floor*", "--method", "exact"]);
+    let count = rows(&place, &["kinds"]).iter().filter(|row| row[0].is_empty()).count();
+    // Two level faces of 16 x 16 cells, and four that are seen at 45 degrees: 11.3 x 16.
+    assert!((1190..=1270).contains(&count), "{count}");
+    place.ok(&["--points", "grid:ball:0.02", "--direct", "--only", "floor*", "--method", "exact"]);
+    let found = rows(&place, &["kinds", "visible", "point_x", "point_y", "point_z"]);
+    let mut counts = [0, 0];
+    for row in found.iter().filter(|row| row[0].is_empty()) {
+        let [x, y, z] = [2, 3, 4].map(|column| number(&row[column]));
+        let normal = [x - 0.5, y - 1.25, z + 1.0];
+        let length = normal.iter().map(|part| part * part).sum::<f64>().sqrt();
+        assert!((length - 0.25).abs() < 1e-9, "{length}");
+        let to_eye = [-x, 1.0 - y, 4.0 - z];
+        let facing = normal.iter().zip(to_eye).map(|(a, b)| a * b).sum::<f64>() / length;
+        if facing.abs() > 0.02 {
+            assert_eq!(row[1] == "1", facing > 0.0, "{row:?}");
+            counts[usize::from(facing > 0.0)] += 1;
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 300), "{counts:?}");
+    std::fs::remove_file(place.workplace.path("out.csv")).unwrap();
+    place.workplace.write("scene.toml", scene.replace("[role]", &format!("{board}[role]")));
     for (words, said) in [
-        (&["--points", "grid:bord:0.1"][..], "no node or material `bord` (did you mean `board`?)"),
-        (&["--points", "grid:board:1e-7"], "the step is too small: there are more than 4000000 points"),
-        (&["--points", "grid:board:0"], "the step of a grid must be a number above 0"),
+        (&["--points", "grid:board:9"][..], "no cell of this size has its middle on it"),
+        (&["--points", "grid:bord:0.1"], "no node or material `bord` (did you mean `board`?)"),
+        (&["--points", "grid:board:1e-4"], "the step is too small: there are more than 4000000 points"),
+        (&["--points", "grid:board:1e-9"], "the step is too small: it makes more than 50000000 cells"),
+        (&["--points", "grid:board:0"], "the step of a grid must be a number from 1e-9 to 1e9"),
         (&["--points", "grid:board"], "grid:NODE:STEP, such as grid:board:0.01"),
     ] {
         let code = if said.starts_with("no node") { 1 } else { 2 };

@@ -20,6 +20,17 @@ const NUMBERS: [(&str, RangeInclusive<f64>, f64); 9] = [
     ("sheen_roughness", SHARE, 0.3),
 ];
 const COLORS: [(&str, Vec3); 2] = [("attenuation_color", Vec3::ONE), ("sheen", Vec3::ZERO)];
+const THIN: &str = "thin";
+/// Keys that say something with another one alone.
+const NEEDED: [(&str, &str); 7] = [
+    (THIN, "transmission"),
+    ("dispersion", "transmission"),
+    ("attenuation_distance", "transmission"),
+    ("attenuation_distance", "attenuation_color"),
+    ("attenuation_color", "attenuation_distance"),
+    ("coat_roughness", "coat"),
+    ("sheen_roughness", "sheen"),
+];
 const SHARE: RangeInclusive<f64> = 0.0..=1.0;
 
 /// The finish of a surface that is not matt.
@@ -32,7 +43,7 @@ pub(super) struct Finish {
 impl Finish {
     /// Reads the keys; `None` if there is none of them.
     pub(super) fn read(table: &mut Keys<'_, '_>, unlit: bool) -> Result<Option<Self>, SceneError> {
-        let mut given = None;
+        let mut given = Vec::new();
         let mut numbers = [0.0; NUMBERS.len()];
         for (number, (key, allowed, otherwise)) in numbers.iter_mut().zip(NUMBERS) {
             let found = table.number(key)?;
@@ -42,19 +53,25 @@ impl Finish {
                 let [least, most] = [allowed.start(), allowed.end()];
                 return Err(table.wrong(key, *begin, format!("{value}; allowed is {least} to {most}")));
             }
-            given = given.or(found.as_ref().map(|_| key));
+            given.extend(found.as_ref().map(|_| key));
             *number = found.map_or(otherwise, |found| found.value) as f32;
         }
         let mut colors = [Vec3::ZERO; COLORS.len()];
         for (color, (key, otherwise)) in colors.iter_mut().zip(COLORS) {
             let found = table.color(key, 1.0)?;
-            given = given.or(found.map(|_| key));
+            given.extend(found.map(|_| key));
             *color = found.unwrap_or(otherwise);
         }
         let thin = table.boolean("thin")?;
-        let Some(first) = given.or(thin.as_ref().map(|_| "thin")) else { return Ok(None) };
+        given.extend(thin.as_ref().map(|_| THIN));
+        let Some(first) = given.first() else { return Ok(None) };
         if unlit {
-            return Err(table.blame(first, "is not for what is `unlit`: leave out one of them"));
+            let problem = "is not for what is `unlit`, as grids of points are: write `unlit = false`, or leave it out";
+            return Err(table.blame(first, problem));
+        }
+        let lonely = NEEDED.iter().find(|(key, needed)| given.contains(key) && !given.contains(needed));
+        if let Some((key, needed)) = lonely {
+            return Err(table.blame(key, format!("has no effect without `{needed}`")));
         }
         Ok(Some(Self { numbers, colors, thin: thin.is_some_and(|thin| thin.value) }))
     }

@@ -390,6 +390,8 @@ fn objects_of_scene_files_have_the_same_finish() {
         ("roughness = 2", "line 4: object.roughness: 2; allowed is 0 to 1"),
         ("ior = 0.5", "line 4: object.ior: 0.5; allowed is 1 to 10"),
         ("unlit = true\ncoat = 1", "object.coat: is not for what is `unlit`"),
+        ("coat_roughness = 0.1", "object.coat_roughness: has no effect without `coat`"),
+        ("transmission = 1\nattenuation_distance = 1", "has no effect without `attenuation_color`"),
         ("roughnes = 0.5", "did you mean `roughness`"),
     ] {
         let text = format!("[[object]]\nshape = \"sphere\"\nradius = 1\n{lines}\n");
