@@ -13,8 +13,8 @@ pub(super) struct Clock {
 
 impl Clock {
     /// Begins with the animations of another scene.
-    pub(super) fn begin(duration: f32) -> Self {
-        Self { time: 0.0, duration: duration.max(0.0), plays: false }
+    pub(super) fn begin(&mut self, duration: f32) {
+        *self = Self { time: 0.0, duration: duration.max(0.0), plays: false };
     }
 
     /// The time now, in seconds.

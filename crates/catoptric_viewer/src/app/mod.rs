@@ -11,15 +11,17 @@ mod panels;
 mod picture;
 mod settings;
 mod shown;
+mod start;
 mod take_away;
 
 #[cfg(not(target_family = "wasm"))]
 pub use link::StudioThread;
 pub use link::{Link, Restarts};
 pub use settings::read_settings;
+pub use start::{FirstExposure, FirstEye, FirstView, Start};
 
 use crate::studio::news::SceneSummary;
-use crate::studio::order::{Beside, Changes, Drawn, Order, Source, Wish, scene_of};
+use crate::studio::order::{Beside, Changes, Drawn, Opening, Order, Source, Wish, scene_of};
 use crate::studio::places::Places;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
@@ -39,31 +41,6 @@ use std::sync::Arc;
 use take_away::files::{self, Chosen, Saved};
 #[cfg(not(target_family = "wasm"))]
 use take_away::{Errand, Place, Task};
-
-/// What the window begins with.
-#[derive(Clone, Debug)]
-pub struct Start {
-    /// The scene.
-    pub source: Source,
-    /// The method on the left.
-    pub method: String,
-    /// Settings of the method on the left, over the scene's.
-    pub settings: toml::Table,
-    /// The method on the right, if the view is split.
-    pub against: Option<String>,
-    /// Samples a pixel.
-    pub samples: u32,
-    /// The highest number of reflections and refractions on a path; `None`: what the scene needs.
-    pub order: Option<u32>,
-    /// The camera, by name or index.
-    pub camera: Option<String>,
-    /// The panels beside the picture are shown.
-    pub panels: bool,
-    /// Bakes for methods that use them.
-    pub bakes: Vec<PathBuf>,
-    /// The file of the program `catoptric`, which makes reports and bakes; `None` if there is none.
-    pub program: Option<PathBuf>,
-}
 
 /// Something that who embeds a viewer may want to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +75,8 @@ pub struct Viewer {
     start: Start,
     /// Where the scene that is shown comes from.
     source: Source,
+    /// How it was opened.
+    opened: Opening,
     /// Scenes that were asked for and have not come, with the numbers of their loads.
     asked: BTreeMap<u64, Source>,
     /// The number of the last load.
@@ -122,6 +101,8 @@ pub struct Viewer {
     overlays: BTreeSet<OverlayKind>,
     changes: Changes,
     clock: Clock,
+    /// The animation that plays alone.
+    clip: Option<usize>,
     shows_panels: bool,
     listener: Option<Listener>,
     /// What the status line says of the processor.
@@ -163,6 +144,7 @@ impl Viewer {
             window: None,
             device,
             source: start.source.clone(),
+            opened: Opening::default(),
             asked: BTreeMap::new(),
             loads: 0,
             reopening: None,
@@ -179,6 +161,7 @@ impl Viewer {
             overlays: BTreeSet::new(),
             changes: Changes::default(),
             clock: Clock::default(),
+            clip: None,
             shows_panels: start.panels,
             listener: None,
             remark: String::new(),
@@ -360,7 +343,8 @@ impl Viewer {
     pub fn open(&mut self, source: Source) {
         self.loads += 1;
         self.asked.insert(self.loads, source.clone());
-        self.link.send(Order::Load { number: self.loads, source });
+        let opening = self.opening_of(&source);
+        self.link.send(Order::Load { number: self.loads, source, opening });
         self.wake_up();
     }
 
@@ -421,7 +405,8 @@ impl Viewer {
         let wish = Wish {
             scene: scene.number,
             time: self.clock.time(),
-            changes: self.changes.clone(),
+            clip: self.clip,
+            changes: self.changes_in_force(),
             camera: navigator.camera().clone(),
             size: self.size,
             sides,
@@ -435,6 +420,13 @@ impl Viewer {
             self.sent = Some(wish.clone());
             self.link.wish(wish);
         }
+    }
+
+    /// The user's changes over the roles that the scene was opened with.
+    fn changes_in_force(&self) -> Changes {
+        let mut changes = self.changes.clone();
+        changes.roles.splice(0..0, self.opened.roles.iter().cloned());
+        changes
     }
 
     /// What a side is to show: the scene's settings and the user's over them.

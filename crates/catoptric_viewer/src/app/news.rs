@@ -1,7 +1,5 @@
 //! Reads what the studio tells.
 
-use super::clock::Clock;
-use super::navigator::Navigator;
 use super::overlay::ShownOverlay;
 use super::shown::{Shown, ShownComparison};
 use super::{Viewer, ViewerEvent};
@@ -126,29 +124,14 @@ impl Viewer {
         // Those before it will not come any more.
         let later = self.asked.split_off(&(summary.number + 1));
         if let Some(source) = std::mem::replace(&mut self.asked, later).remove(&summary.number) {
-            self.source = source;
+            (self.opened, self.source) = (self.opening_of(&source), source);
         }
         self.shown = Shown::default();
         summary.warnings.iter().for_each(|warning| self.say(warning.as_str()));
         self.changes = Changes::default();
-        self.clock = Clock::begin(summary.duration);
-        let wanted = self.start.camera.take();
-        let by_name = |wanted: &String| {
-            let named =
-                summary.cameras.iter().position(|camera| camera.name == *wanted || camera.other_name == *wanted);
-            named.or_else(|| wanted.parse().ok())
-        };
-        let index = wanted.as_ref().and_then(by_name).filter(|index| *index < summary.cameras.len());
-        if let (Some(wanted), None) = (&wanted, index) {
-            self.say(format!("there is no camera `{wanted}`; shown is the first one"));
-        }
-        self.display = summary.display;
-        let index = index.unwrap_or(0);
-        if let Some(camera) = summary.cameras.get(index) {
-            self.navigator = Some(Navigator::new(camera.clone(), &summary.bounds));
-        }
+        self.begin_view(&summary);
         self.tell(ViewerEvent::Loaded(&summary.name));
-        (self.camera, self.sent, self.scene) = (Some(index), None, Some(summary));
+        (self.sent, self.scene) = (None, Some(summary));
     }
 
     fn put_comparison(&mut self, ctx: &Context, compared: Compared) {

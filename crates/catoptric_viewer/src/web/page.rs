@@ -3,8 +3,8 @@
 use super::accessible::Accessible;
 use super::line::WorkerLine;
 use catoptric::scene::Projection;
-use catoptric_viewer::app::{Start, Viewer, ViewerEvent, read_settings};
-use catoptric_viewer::studio::order::{Beside, Source};
+use catoptric_viewer::app::{FirstView, Start, Viewer, ViewerEvent, read_settings};
+use catoptric_viewer::studio::order::{Beside, Opening, Source};
 use eframe::{WebOptions, WebRunner};
 use js_sys::{Function, Reflect};
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -207,7 +207,8 @@ fn read_start(options: &JsValue) -> Result<Start, JsError> {
         against,
         samples,
         order,
-        camera: text(options, "camera"),
+        opening: Opening::default(),
+        view: FirstView { camera: text(options, "camera"), ..FirstView::default() },
         panels: text(options, "panels").as_deref() != Some("off"),
         bakes: Vec::new(),
         program: None,

@@ -8,6 +8,7 @@ mod times;
 use super::hand::Tool;
 use super::take_away::{self, files};
 use super::{Viewer, settings};
+use crate::studio::news::ClipSummary;
 use crate::studio::order::Source;
 use catoptric::tone::ToneCurve;
 use catoptric_scenes::builtin;
@@ -101,6 +102,7 @@ fn view(viewer: &mut Viewer, ui: &mut Ui) {
         if let Some(index) = chosen {
             viewer.take_camera(index);
         }
+        clips(viewer, ui);
         if viewer.clock.duration() > 0.0 {
             ui.horizontal(|ui| {
                 let button = if viewer.clock.plays() { "Pause" } else { "Play" };
@@ -123,6 +125,33 @@ fn view(viewer: &mut Viewer, ui: &mut Ui) {
             "drag: turn; shift or middle button: shift; right button: look around; wheel: nearer; W A S D Q E: fly";
         ui.weak(help);
     });
+}
+
+/// The animations, of which one may play alone.
+fn clips(viewer: &mut Viewer, ui: &mut Ui) {
+    let Some(scene) = viewer.scene.as_ref().filter(|scene| !scene.clips.is_empty()) else { return };
+    let named = |(index, clip): (usize, &ClipSummary)| match clip.name.as_str() {
+        "" => format!("{index} ({:.1} s)", clip.duration),
+        name => format!("{name} ({:.1} s)", clip.duration),
+    };
+    let names: Vec<String> = scene.clips.iter().enumerate().map(named).collect();
+    let all = format!("as the file plays ({:.1} s)", scene.duration(None));
+    let shown = viewer.clip.and_then(|index| names.get(index)).unwrap_or(&all);
+    let mut chosen = viewer.clip;
+    ui.horizontal(|ui| {
+        let name = ui.label("animation").id;
+        let list = ComboBox::from_id_salt(name).selected_text(shown).width(180.0).truncate().show_ui(ui, |ui| {
+            let about = "All at once, but for those that move what an earlier one moves";
+            ui.selectable_value(&mut chosen, None, &all).on_hover_text(about);
+            for (index, name) in names.iter().enumerate() {
+                ui.selectable_value(&mut chosen, Some(index), name);
+            }
+        });
+        list.response.labelled_by(name);
+    });
+    if chosen != viewer.clip {
+        viewer.choose_clip(chosen);
+    }
 }
 
 /// The exposure and the tone curve.

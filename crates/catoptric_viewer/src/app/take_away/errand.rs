@@ -3,7 +3,7 @@
 
 use super::super::{Viewer, ViewerEvent};
 use super::{command, scene_file};
-use crate::studio::order::{Drawn, Order, Wish};
+use crate::studio::order::{Drawn, Opening, Order, Wish};
 use catoptric::methods;
 use eframe::egui::{Context, ProgressBar, Ui};
 use glam::DVec3;
@@ -121,8 +121,8 @@ impl Viewer {
         let Some(wish) = self.sent.clone() else { return };
         let camera = self.camera.filter(|_| self.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
         let origin = self.scene.as_ref().map_or(DVec3::ZERO, |scene| scene.origin);
-        let scene = |path: &Path| scene_file::text((&wish, origin), &self.source, path);
-        match Errand::begin(task, target, &program, (&wish, camera), scene, self.window.clone()) {
+        let scene = |path: &Path| scene_file::text((&wish, origin), (&self.source, &self.opened), path);
+        match Errand::begin(task, target, &program, (&wish, camera, &self.opened), scene, self.window.clone()) {
             Ok(errand) => self.errands.push(errand),
             Err(problem) => self.say(problem),
         }
@@ -200,7 +200,7 @@ impl Errand {
         task: Task,
         target: &Path,
         program: &Path,
-        (wish, camera): (&Wish, Option<usize>),
+        (wish, camera, opened): (&Wish, Option<usize>, &Opening),
         scene: impl FnOnce(&Path) -> Result<String, String>,
         window: Option<Context>,
     ) -> Result<Self, String> {
@@ -214,6 +214,8 @@ impl Errand {
                 words.extend(["compare".into(), path.into(), "--report".into(), target.into()]);
                 // Devices are left to the window.
                 words.push("--backend=cpu".into());
+                words.extend(command::beside_scene_file(opened).into_iter().map(OsString::from));
+                words.extend(wish.clip.map(|index| format!("--animation={index}").into()));
                 words.extend(command::view(wish, camera)?.into_iter().map(OsString::from));
                 words.extend(wish.sides.iter().map(|side| format!("--method={}", with_settings(side)).into()));
             }

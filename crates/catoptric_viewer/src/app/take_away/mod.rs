@@ -80,8 +80,12 @@ fn save_picture(viewer: &mut Viewer, kind: &'static str) {
 }
 
 fn save_scene(viewer: &mut Viewer) {
-    let (Some(wish), source) = (viewer.sent.clone(), viewer.source.clone()) else { return };
+    let (Some(wish), source, opened) = (viewer.sent.clone(), viewer.source.clone(), viewer.opened.clone()) else {
+        return;
+    };
     let origin = viewer.scene.as_ref().map_or(DVec3::ZERO, |scene| scene.origin);
-    let make = move |path: &std::path::Path| scene_file::text((&wish, origin), &source, path).map(String::into_bytes);
+    let make = move |path: &std::path::Path| {
+        scene_file::text((&wish, origin), (&source, &opened), path).map(String::into_bytes)
+    };
     viewer.saves.push(files::save("scene.toml", "toml", Box::new(make)));
 }

@@ -8,7 +8,7 @@ mod scene;
 mod wish;
 
 use super::news::{Compared, News, Overlaid};
-use super::order::{Beside, Order, Source, Wish};
+use super::order::{Beside, Opening, Order, Source, Wish};
 use super::pick::Bounce;
 use catoptric::optics::path::bundle::BounceKind;
 use glam::Vec3;
@@ -120,7 +120,8 @@ enum WireNews {
 /// Object, place, whether light goes through (none: the path ends), distance, angle of incidence.
 type WireBounce = (u32, [f32; 3], Option<bool>, f32, f32);
 
-/// A request as a message; `None` for files, which workers cannot read.
+/// A request as a message; `None` for files, which workers cannot read, and for scenes that
+/// are not opened as they are.
 pub fn request(request: &Request) -> Option<Message> {
     let mut bytes = Vec::new();
     let wire = match request {
@@ -128,7 +129,9 @@ pub fn request(request: &Request) -> Option<Message> {
         Request::Order(Order::Pick { number, position_px }) => {
             WireRequest::Pick { number: *number, position_px: *position_px }
         }
-        Request::Order(Order::Load { number, source }) => match source {
+        // Pages open scenes as they are.
+        Request::Order(Order::Load { opening, .. }) if *opening != Opening::default() => return None,
+        Request::Order(Order::Load { number, source, .. }) => match source {
             Source::Builtin(spec) => WireRequest::Builtin { number: *number, spec: spec.clone() },
             Source::Bytes { name, bytes: content, beside } => {
                 bytes = content.to_vec();
@@ -149,7 +152,7 @@ pub fn request(request: &Request) -> Option<Message> {
 /// [`WireError`].
 pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireError> {
     let wire: WireRequest = serde_json::from_str(&text).map_err(|error| WireError(error.to_string()))?;
-    let load = |number, source| Request::Order(Order::Load { number, source });
+    let load = |number, source| Request::Order(Order::Load { number, source, opening: Opening::default() });
     Ok(match wire {
         WireRequest::Builtin { number, spec } => load(number, Source::Builtin(spec)),
         WireRequest::Bytes { number, name, length, beside } => {

@@ -2,7 +2,7 @@
 
 use super::WireError;
 use super::wish::{WireCamera, WireDisplay, WireLook, role_of};
-use crate::studio::news::{ObjectSummary, SceneSummary};
+use crate::studio::news::{ClipSummary, ObjectSummary, SceneSummary};
 use catoptric::math::Aabb;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ pub(super) struct WireScene {
     cameras: Vec<WireCamera>,
     objects: Vec<WireObject>,
     triangles: usize,
-    duration: f32,
+    clips: Vec<(String, f32)>,
     bounds: [[f32; 3]; 2],
     settings: BTreeMap<String, toml::Table>,
     warnings: Vec<String>,
@@ -54,7 +54,7 @@ impl From<&SceneSummary> for WireScene {
             cameras: summary.cameras.iter().map(WireCamera::from).collect(),
             objects: summary.objects.iter().map(object).collect(),
             triangles: summary.triangles,
-            duration: summary.duration,
+            clips: summary.clips.iter().map(|clip| (clip.name.clone(), clip.duration)).collect(),
             bounds: corners(&summary.bounds),
             settings: summary.settings.clone(),
             warnings: summary.warnings.clone(),
@@ -86,7 +86,7 @@ impl WireScene {
             cameras: self.cameras.into_iter().map(WireCamera::read).collect::<Result<_, _>>()?,
             objects: self.objects.into_iter().map(object).collect::<Result<_, WireError>>()?,
             triangles: self.triangles,
-            duration: self.duration,
+            clips: self.clips.into_iter().map(|(name, duration)| ClipSummary { name, duration }).collect(),
             bounds: read_bounds(self.bounds),
             settings: self.settings,
             warnings: self.warnings,

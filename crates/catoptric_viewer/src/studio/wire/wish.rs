@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub(super) struct WireWish {
     scene: u64,
     time: f32,
+    clip: Option<usize>,
     roles: Vec<(String, String, Option<f32>)>,
     looks: Vec<(String, WireLook)>,
     moves: Vec<(String, [f32; 3])>,
@@ -50,7 +51,8 @@ pub(super) struct WireCamera {
 
 impl From<&Wish> for WireWish {
     fn from(wish: &Wish) -> Self {
-        let Wish { scene, time, changes, camera, size, sides, has_automatic_order, display, compares, overlays } = wish;
+        let Wish { scene, time, clip, changes, camera, size, sides, .. } = wish;
+        let Wish { has_automatic_order, display, compares, overlays, .. } = wish;
         let Changes { roles, looks, moves } = changes;
         let side = |Drawn { method, settings, quality }: &Drawn| {
             (method.clone(), settings.clone(), quality.samples, quality.order)
@@ -59,6 +61,7 @@ impl From<&Wish> for WireWish {
         Self {
             scene: *scene,
             time: *time,
+            clip: *clip,
             roles: roles.iter().map(role).collect(),
             looks: looks.iter().map(|(name, look)| (name.clone(), WireLook::from(look))).collect(),
             moves: moves.iter().map(|(name, by)| (name.clone(), by.to_array())).collect(),
@@ -75,7 +78,7 @@ impl From<&Wish> for WireWish {
 
 impl WireWish {
     pub(super) fn read(self) -> Result<Wish, WireError> {
-        let Self { scene, time, roles, looks, moves, camera, size, sides, .. } = self;
+        let Self { scene, time, clip, roles, looks, moves, camera, size, sides, .. } = self;
         let Self { has_automatic_order, display, compares, overlays, .. } = self;
         let role =
             |(name, role, ior): (String, String, Option<f32>)| Ok(RoleChange { name, role: role_of(&role)?, ior });
@@ -88,7 +91,7 @@ impl WireWish {
         let (camera, sides) = (camera.read()?, sides.into_iter().map(side).collect());
         let overlays = overlays.iter().map(|name| kind_of(name)).collect::<Result<_, _>>()?;
         let display = display.read()?;
-        Ok(Wish { scene, time, changes, camera, size, sides, has_automatic_order, display, compares, overlays })
+        Ok(Wish { scene, time, clip, changes, camera, size, sides, has_automatic_order, display, compares, overlays })
     }
 }
 
