@@ -11,7 +11,7 @@ use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Model, PoseMemory, PoseOptions, Scene};
 pub(crate) use catoptric_options::RoleWord;
 use catoptric_scenes::import::LoadOptions;
-use catoptric_scenes::{Lighting, builtin, import, thin_glass};
+use catoptric_scenes::{Lighting, builtin, hint_on_missing, import, thin_glass};
 use clap::ArgMatches;
 use std::path::Path;
 
@@ -45,16 +45,6 @@ pub(crate) fn load(
     Lighting { environment, edit, is_own, has_roles }.apply(&mut model)?;
     settings::check(&model)?;
     Ok(model)
-}
-
-/// A hint at the meaning of a word that names no file.
-fn hint_on_missing(scene: &Path) -> Option<String> {
-    let word = scene.to_str().filter(|_| !scene.exists())?;
-    if ["http://", "https://", "ftp://"].iter().any(|scheme| word.starts_with(scheme)) {
-        return Some("addresses are not opened: download the file first".into());
-    }
-    let name = word.split('?').next().unwrap_or(word);
-    builtin::all().iter().any(|info| info.name == name).then(|| format!("did you mean builtin:{word}?"))
 }
 
 /// The built-in scene that a word names, with its parameters.

@@ -36,6 +36,35 @@ impl Viewer {
         self.picks
     }
 
+    /// Has the view turn about what is seen at a place of the window, once that is told.
+    pub(super) fn focus_at(&mut self, at: Pos2, rect: Rect, scale: f32) {
+        self.focus = Some(self.pick(at, rect, scale));
+    }
+
+    /// Turns about what was picked, if the view was to.
+    pub(super) fn turn_about_picked(&mut self, number: u64) {
+        let Some(picked) = self.shown.picked.as_ref().filter(|_| self.focus == Some(number)) else { return };
+        self.focus = None;
+        let Some(first) = picked.path.first() else {
+            return self.note("nothing is there that the view could turn about");
+        };
+        let (point, object) = (first.position, first.object as usize);
+        let name = self.scene.as_ref().and_then(|scene| scene.objects.get(object)).map(|object| object.name.clone());
+        if let Some(navigator) = &mut self.navigator {
+            navigator.focus(point);
+        }
+        match name.filter(|name| !name.is_empty()) {
+            Some(name) => self.note(format!("dragging turns about this point of `{name}` now")),
+            None => self.note("dragging turns about this point now"),
+        }
+    }
+
+    /// The object in the hand and how far it was moved.
+    pub(super) fn held(&self) -> Option<(&str, Vec3)> {
+        let (name, ..) = self.grip.as_ref()?.held.as_ref()?;
+        Some((name, self.changes.moves.get(name).copied().unwrap_or_default()))
+    }
+
     /// Moves the object that was under the pointer when dragging began, across the view: its point under the pointer
     /// stays there.
     pub(super) fn drag_object(&mut self, response: &Response, rect: Rect, scale: f32) {

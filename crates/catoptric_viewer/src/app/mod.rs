@@ -1,7 +1,10 @@
 //! The window's content, in egui: what is shown, and what the user wants.
 
+mod card;
 mod clock;
 mod hand;
+mod history;
+mod keys;
 mod link;
 mod marks;
 mod navigator;
@@ -13,6 +16,7 @@ mod settings;
 mod shown;
 mod start;
 mod take_away;
+mod theme;
 
 #[cfg(not(target_family = "wasm"))]
 pub use link::StudioThread;
@@ -21,26 +25,34 @@ pub use settings::read_settings;
 pub use start::{FirstExposure, FirstEye, FirstView, Start};
 
 use crate::studio::news::SceneSummary;
-use crate::studio::order::{Beside, Changes, Drawn, Opening, Order, Source, Wish, scene_of};
+#[cfg(target_family = "wasm")]
+use crate::studio::order::Beside;
+use crate::studio::order::{Changes, Drawn, Opening, Order, Source, Wish, scene_of};
 use crate::studio::places::Places;
+use card::Failed;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
 use catoptric::tone::Display;
+use catoptric_scenes::import::EnvironmentEdit;
 use clock::Clock;
-use eframe::egui::{self, Context, Key, Ui};
+use eframe::egui::{self, Context, Ui};
 use eframe::egui_wgpu::RenderState;
 use glam::{DVec3, Vec3};
 use hand::{Grip, Tool};
+use history::History;
 use navigator::Navigator;
 use shown::{Shown, ShownPicture};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use take_away::files::{self, Chosen, Saved};
+use std::sync::mpsc::TryRecvError;
+#[cfg(target_family = "wasm")]
+use take_away::files;
+use take_away::files::Saved;
 #[cfg(not(target_family = "wasm"))]
-use take_away::{Errand, Place, Task};
+use take_away::{Errand, Question};
 
 /// Something that who embeds a viewer may want to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,7 +90,7 @@ pub struct Viewer {
     /// How it was opened.
     opened: Opening,
     /// Scenes that were asked for and have not come, with the numbers of their loads.
-    asked: BTreeMap<u64, Source>,
+    asked: BTreeMap<u64, (Source, Opening)>,
     /// The number of the last load.
     loads: u64,
     /// The load that brings the present scene back to a studio that was started again.
@@ -104,6 +116,16 @@ pub struct Viewer {
     /// The animation that plays alone.
     clip: Option<usize>,
     shows_panels: bool,
+    /// The panels are unfolded where the window is too narrow for both.
+    is_unfolded: bool,
+    /// The window is too narrow for panels beside the picture.
+    is_narrow: bool,
+    /// The window's title, once it was set.
+    title: String,
+    /// Steps of changes.
+    history: History,
+    /// A scene that could not be opened.
+    failed: Option<Failed>,
     listener: Option<Listener>,
     /// What the status line says of the processor.
     remark: String,
@@ -115,13 +137,21 @@ pub struct Viewer {
     /// What it makes now.
     #[cfg(not(target_family = "wasm"))]
     errands: Vec<Errand>,
-    /// Places for what it is to make that are being chosen.
+    /// Paths that the user is asked for.
     #[cfg(not(target_family = "wasm"))]
-    asked_places: Vec<(Task, Place)>,
-    /// A scene that is being chosen.
+    questions: Vec<Question>,
+    /// The system shows dialogues, as far as is known.
+    #[cfg(not(target_family = "wasm"))]
+    has_dialogues: bool,
+    /// Files that are being chosen.
+    #[cfg(target_family = "wasm")]
     opening: Option<files::Choice>,
     tool: Tool,
     grip: Option<Grip>,
+    /// How the environment is to be turned and scaled, as long as the hand changes it.
+    light_in_hand: Option<EnvironmentEdit>,
+    /// The order to pick whose answer the view is to turn about.
+    focus: Option<u64>,
     /// The number of the last order to pick.
     picks: u64,
     /// Where the picture is in the window, in points, and its size in pixels.
@@ -163,6 +193,11 @@ impl Viewer {
             clock: Clock::default(),
             clip: None,
             shows_panels: start.panels,
+            is_unfolded: false,
+            is_narrow: false,
+            title: String::new(),
+            history: History::default(),
+            failed: None,
             listener: None,
             remark: String::new(),
             saves: Vec::new(),
@@ -171,10 +206,15 @@ impl Viewer {
             #[cfg(not(target_family = "wasm"))]
             errands: Vec::new(),
             #[cfg(not(target_family = "wasm"))]
-            asked_places: Vec::new(),
+            questions: Vec::new(),
+            #[cfg(not(target_family = "wasm"))]
+            has_dialogues: true,
+            #[cfg(target_family = "wasm")]
             opening: None,
             tool: Tool::Turn,
             grip: None,
+            light_in_hand: None,
+            focus: None,
             picks: 0,
             rect: egui::Rect::NOTHING,
             size: [0, 0],
@@ -291,6 +331,15 @@ impl Viewer {
         self.shown.say(message);
     }
 
+    /// Tells the user what was done.
+    fn note(&mut self, message: impl Into<String>) {
+        let message = message.into();
+        self.tell(ViewerEvent::Message(&message));
+        let now = self.window.as_ref().map_or(0.0, |window| window.input(|input| input.time));
+        self.shown.note(message, now);
+        self.wake_up();
+    }
+
     /// What draws, and why.
     pub fn remarks(&self) -> &str {
         &self.remark
@@ -336,14 +385,19 @@ impl Viewer {
 
     /// What the user was told, the newest last.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
-        self.shown.messages.iter().map(String::as_str)
+        self.shown.messages.iter().map(|message| message.text.as_str())
     }
 
     /// Loads a scene; the one that is shown stays until it is there.
     pub fn open(&mut self, source: Source) {
-        self.loads += 1;
-        self.asked.insert(self.loads, source.clone());
         let opening = self.opening_of(&source);
+        self.open_as(source, opening);
+    }
+
+    /// The same, in a certain way.
+    fn open_as(&mut self, source: Source, opening: Opening) {
+        self.loads += 1;
+        self.asked.insert(self.loads, (source.clone(), opening.clone()));
         self.link.send(Order::Load { number: self.loads, source, opening });
         self.wake_up();
     }
@@ -372,21 +426,49 @@ impl Viewer {
     /// Shows everything for a frame of the window.
     pub fn show(&mut self, ui: &mut Ui) {
         self.window.get_or_insert_with(|| {
-            // Pictures look best in the dark.
-            ui.ctx().set_theme(egui::Theme::Dark);
+            theme::set(ui.ctx());
             ui.ctx().clone()
         });
         self.read_news(ui.ctx());
         self.take_dropped_files(ui.ctx());
-        self.read_dialogues();
+        self.follow_saves();
+        #[cfg(target_family = "wasm")]
+        self.follow_opening();
         #[cfg(not(target_family = "wasm"))]
-        self.follow_errands();
+        {
+            self.follow_dialogues();
+            self.follow_errands();
+        }
         self.follow_keys(ui.ctx());
         if self.shows_panels {
             panels::show(self, ui);
         }
         picture::show(self, ui);
+        card::show(self, ui.ctx());
+        #[cfg(not(target_family = "wasm"))]
+        self.show_question(ui.ctx());
+        if !ui.input(|input| input.pointer.any_down()) {
+            self.history.record(&self.changes);
+        }
+        self.name_window(ui.ctx());
         self.send_wish(ui.ctx());
+    }
+
+    /// Has the window's title name what is shown.
+    fn name_window(&mut self, ctx: &Context) {
+        // Titles of pages are the page's.
+        if cfg!(target_family = "wasm") {
+            return;
+        }
+        let name = match &self.scene {
+            Some(_) => self.source.short_name(),
+            None => return,
+        };
+        let title = format!("{name} - catoptric");
+        if self.title != title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
     }
 
     /// Tells the studio what is wanted now, if that has changed.
@@ -459,34 +541,33 @@ impl Viewer {
         }
     }
 
-    /// Learns what has become of dialogues about files.
-    fn read_dialogues(&mut self) {
-        use std::sync::mpsc::TryRecvError::Empty;
-        let mut told = Vec::new();
-        self.saves.retain(|save| match save.try_recv() {
-            Ok(Ok(path)) => {
-                told.push(format!("saved {}", path.display()));
-                false
+    /// Learns what has become of files that are saved.
+    fn follow_saves(&mut self) {
+        for save in std::mem::take(&mut self.saves) {
+            match save.try_recv() {
+                Ok(Ok(path)) => self.note(format!("saved to {}", path.display())),
+                Ok(Err(problem)) => self.say(problem),
+                Err(TryRecvError::Empty) => self.saves.push(save),
+                Err(TryRecvError::Disconnected) => {}
             }
-            Ok(Err(problem)) => {
-                told.push(problem);
-                false
-            }
-            Err(error) => error == Empty,
-        });
-        told.into_iter().for_each(|message| self.say(message));
+        }
+    }
+
+    /// Learns what has become of files that are being chosen.
+    #[cfg(target_family = "wasm")]
+    fn follow_opening(&mut self) {
         let Some(opening) = &self.opening else { return };
         match opening.try_recv() {
-            Ok(Ok(Chosen::Path(path))) => self.open_file(&path),
-            Ok(Ok(Chosen::Contents(contents))) => self.open_contents(contents),
+            Ok(Ok(contents)) => self.open_contents(contents),
             Ok(Err(problem)) => self.say(problem),
-            Err(Empty) => return,
-            Err(_) => {}
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => {}
         }
         self.opening = None;
     }
 
     /// Opens that of several files which is a scene.
+    #[cfg(target_family = "wasm")]
     fn open_contents(&mut self, mut contents: Vec<(String, Vec<u8>)>) {
         let Some(scene) = scene_of(contents.iter().map(|(name, _)| name.as_str())) else { return };
         let (name, bytes) = contents.swap_remove(scene);
@@ -494,43 +575,18 @@ impl Viewer {
         self.open(Source::Bytes { name, bytes: bytes.into(), beside });
     }
 
-    fn follow_keys(&mut self, ctx: &Context) {
-        if ctx.egui_wants_keyboard_input() {
-            return;
-        }
-        let pressed = |key: Key| ctx.input(|input| input.key_pressed(key));
-        if pressed(Key::F) {
-            self.frame_all();
-        }
-        if pressed(Key::Space) {
-            self.clock.toggle();
-        }
-        if pressed(Key::P) {
-            self.shows_panels = !self.shows_panels;
-        }
-        if pressed(Key::X) {
-            self.toggle_split();
-        }
-        if pressed(Key::H) {
-            self.toggle_heat();
-        }
-        if pressed(Key::M) {
-            self.tool = if self.tool == Tool::Turn { Tool::Move } else { Tool::Turn };
-        }
-        if pressed(Key::Escape) {
-            self.shown.picked = None;
-        }
-        let digits =
-            [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
-        if let Some(index) = digits.into_iter().position(pressed) {
-            self.take_camera(index);
-        }
-    }
-
     fn frame_all(&mut self) {
         if let (Some(scene), Some(navigator)) = (&self.scene, &mut self.navigator) {
             navigator.frame(&scene.bounds);
             self.camera = None;
+        }
+    }
+
+    fn toggle_panels(&mut self) {
+        if self.shows_panels && self.is_narrow {
+            self.is_unfolded = !self.is_unfolded;
+        } else {
+            self.shows_panels = !self.shows_panels;
         }
     }
 

@@ -103,8 +103,17 @@ impl Navigator {
         }
         // From beyond the limits, where a file has placed it, a camera only comes back.
         let wanted = (distance / factor).clamp(nearest.min(distance), farthest.max(distance));
-        let eye = self.pivot + self.axis(2) * wanted;
+        // The pivot stays where it is seen.
+        let back = (self.eye() - self.pivot).try_normalize().unwrap_or(self.axis(2));
+        let eye = self.pivot + back * wanted;
         self.camera.world_from_camera.translation = eye.into();
+    }
+
+    /// Turns about another point from now on, and goes nearer to that; the view stays as it is.
+    pub(super) fn focus(&mut self, point: Vec3) {
+        if point.is_finite() {
+            self.pivot = point;
+        }
     }
 
     /// Flies along its own axes (right, up, back), in sizes of the scene. The pivot comes along.
@@ -162,6 +171,26 @@ mod tests {
     }
 
     #[test]
+    fn the_point_in_focus_stays_where_it_is_seen() {
+        let mut navigator = start();
+        let point = Vec3::new(0.7, 0.4, -0.3);
+        let seen = |navigator: &Navigator| {
+            catoptric::scene::View::new(navigator.camera(), 300, 200, 1e-4).pixel_of(point).unwrap()
+        };
+        let before = (seen(&navigator), navigator.camera().clone());
+        navigator.focus(point);
+        assert_eq!(*navigator.camera(), before.1);
+        navigator.zoom(1.7);
+        assert!(
+            seen(&navigator).distance(before.0) < 0.05
+                && navigator.eye() != before.1.world_from_camera.translation.into()
+        );
+        let distance = navigator.eye().distance(point);
+        navigator.orbit(Vec2::new(0.2, 0.1));
+        assert!((navigator.eye().distance(point) - distance).abs() < 1e-4);
+    }
+
+    #[test]
     fn framing_shows_everything() {
         let bounds = Aabb { min: Vec3::new(3.0, -1.0, -2.0), max: Vec3::new(9.0, 2.0, 0.0) };
         let mut navigator = start();
@@ -176,7 +205,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_input_breaks_the_camera(
-            steps in prop::collection::vec((0..5u8, -3.0f32..3.0, -3.0f32..3.0), 0..200)
+            steps in prop::collection::vec((0..6u8, -3.0f32..3.0, -3.0f32..3.0), 0..200)
         ) {
             let mut navigator = start();
             for (kind, x, y) in steps {
@@ -185,6 +214,7 @@ mod tests {
                     1 => navigator.pan(Vec2::new(x, y)),
                     2 => navigator.zoom(2f32.powf(4.0 * x)),
                     3 => navigator.look(Vec2::new(x, y)),
+                    4 => navigator.focus(Vec3::new(x, y, x - y)),
                     _ => navigator.fly(Vec3::new(x, y, x * y)),
                 }
                 let place = navigator.camera().world_from_camera;

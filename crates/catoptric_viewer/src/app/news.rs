@@ -1,10 +1,11 @@
 //! Reads what the studio tells.
 
+use super::card::Failed;
 use super::overlay::ShownOverlay;
 use super::shown::{Shown, ShownComparison};
 use super::{Viewer, ViewerEvent};
 use crate::studio::news::{Compared, News, SceneSummary};
-use crate::studio::order::{Changes, Order};
+use crate::studio::order::{Changes, Opening, Order};
 use eframe::egui::{ColorImage, Context, TextureOptions};
 
 /// What users are asked to do again once drawing has stopped.
@@ -26,7 +27,9 @@ impl Viewer {
                 }
                 News::Loaded(summary) => self.take_scene(*summary),
                 News::NotLoaded { number, problem } => {
-                    self.asked.remove(&number);
+                    if let Some((source, _)) = self.asked.remove(&number) {
+                        self.failed = Some(Failed { name: source.word(), reason: problem.clone() });
+                    }
                     self.say(problem);
                     match self.reopening {
                         Some(reopening) if reopening == number => self.reopening = None,
@@ -68,6 +71,7 @@ impl Viewer {
                     if let Some(picked) = self.shown.picked.as_mut().filter(|picked| picked.number == number) {
                         picked.path = path;
                     }
+                    self.turn_about_picked(number);
                 }
             }
         }
@@ -90,18 +94,23 @@ impl Viewer {
         }
         if self.scene.is_some() {
             // One of them may be why it has failed.
-            for source in lost.into_values() {
+            for (source, _) in lost.into_values() {
                 self.say(format!("`{}` was not opened because of that; please open it again", source.word()));
             }
             self.reopen();
-        } else if let Some((_, source)) = lost.pop_last() {
-            self.open(source);
+        } else if let Some((_, (source, opening))) = lost.pop_last() {
+            self.open_as(source, opening);
         }
     }
 
     /// Loads the scene that is shown, which keeps its changes and its camera.
     fn reopen(&mut self) {
-        self.open(self.source.clone());
+        self.light(self.opened.clone());
+    }
+
+    /// Opens the scene that is shown in another way, in other light for instance; its changes and its camera stay.
+    pub(super) fn light(&mut self, opening: Opening) {
+        self.open_as(self.source.clone(), opening);
         self.reopening = Some(self.loads);
     }
 
@@ -112,7 +121,9 @@ impl Viewer {
             return;
         }
         if self.reopening.take() == Some(summary.number) {
-            self.asked.remove(&summary.number);
+            if let Some((_, opened)) = self.asked.remove(&summary.number) {
+                self.opened = opened;
+            }
             (self.sent, self.scene) = (None, Some(summary));
         } else {
             self.begin_scene(summary);
@@ -124,11 +135,11 @@ impl Viewer {
         // Those before it will not come any more.
         let later = self.asked.split_off(&(summary.number + 1));
         if let Some(source) = std::mem::replace(&mut self.asked, later).remove(&summary.number) {
-            (self.opened, self.source) = (self.opening_of(&source), source);
+            (self.source, self.opened) = source;
         }
         self.shown = Shown::default();
         summary.warnings.iter().for_each(|warning| self.say(warning.as_str()));
-        self.changes = Changes::default();
+        (self.changes, self.history, self.failed) = (Changes::default(), Default::default(), None);
         self.begin_view(&summary);
         self.tell(ViewerEvent::Loaded(&summary.name));
         (self.sent, self.scene) = (None, Some(summary));

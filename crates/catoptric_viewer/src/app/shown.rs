@@ -28,12 +28,22 @@ pub(super) struct Shown {
     /// The stage of long work and its share.
     pub(super) busy: Option<(String, Option<f32>)>,
     /// What the user should know, the newest last.
-    pub(super) messages: VecDeque<String>,
+    pub(super) messages: VecDeque<Said>,
+    /// What was done for the user last, and when that was, in seconds of the window's clock.
+    pub(super) noted: Option<(String, f64)>,
     pub(super) picked: Option<Picked>,
     /// The number of pictures of the left side so far.
     pub(super) pictures_shown: u64,
     /// The last frames of the left side.
     pub(super) frames: VecDeque<FrameTimes>,
+}
+
+/// A message to the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Said {
+    pub(super) text: String,
+    /// It tells what was done, as the user wanted; else what is wrong.
+    pub(super) is_done: bool,
 }
 
 /// A picture on the screen.
@@ -123,7 +133,16 @@ pub(super) struct FrameTimes {
 impl Shown {
     /// Adds a message, unless it was the last one.
     pub(super) fn say(&mut self, message: impl Into<String>) {
-        let message = message.into();
+        self.add(Said { text: message.into(), is_done: false });
+    }
+
+    /// Adds what was done for the user.
+    pub(super) fn note(&mut self, message: String, now: f64) {
+        self.noted = Some((message.clone(), now));
+        self.add(Said { text: message, is_done: true });
+    }
+
+    fn add(&mut self, message: Said) {
         if self.messages.back() != Some(&message) {
             self.messages.push_back(message);
         }

@@ -62,6 +62,8 @@ pub struct SceneSummary {
     pub warnings: Vec<String>,
     /// Where its origin lies in the coordinates of its file.
     pub origin: DVec3,
+    /// Light comes from infinity.
+    pub has_environment: bool,
     /// The order that it needs.
     pub order_needed: u32,
     /// What shows it well from its first camera.

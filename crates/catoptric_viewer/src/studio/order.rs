@@ -67,6 +67,15 @@ impl Source {
         }
     }
 
+    /// Its name without folders and parameters.
+    pub fn short_name(&self) -> String {
+        match self {
+            Self::Builtin(spec) => spec.split('?').next().unwrap_or(spec).into(),
+            Self::File(path) => path.file_name().map_or_else(|| self.word(), |name| name.display().to_string()),
+            Self::Bytes { name, .. } => name.clone(),
+        }
+    }
+
     /// The word that stands for it.
     pub fn word(&self) -> String {
         match self {

@@ -16,7 +16,7 @@ use catoptric::scene::model::Animation;
 use catoptric::scene::{Camera, Material, Model, PoseMemory, Role, Scene};
 use catoptric::tone::{Display, automatic_exposure};
 use catoptric_scenes::import::LoadOptions;
-use catoptric_scenes::{Lighting, builtin, import, thin_glass};
+use catoptric_scenes::{Lighting, builtin, hint_on_missing, import, thin_glass};
 use std::sync::Arc;
 
 /// The roughness that a [`Look`] of this material changes.
@@ -81,7 +81,10 @@ impl Stage {
                     return Err(SceneError::invalid(source.word(), "--variant", problem));
                 }
             },
-            Source::File(path) => import::load_with(path, loading)?,
+            Source::File(path) => import::load_with(path, loading).map_err(|error| match hint_on_missing(path) {
+                Some(hint) => SceneError::invalid(source.word(), "path", format!("there is no such file; {hint}")),
+                None => error,
+            })?,
             Source::Bytes { name, bytes, beside } => import::load_bytes(name, bytes, beside)?,
         };
         let is_own = model.name.ends_with(".toml") || matches!(source, Source::Builtin(_));
@@ -205,6 +208,7 @@ impl Stage {
             settings: self.model.method_settings.clone(),
             warnings: self.model.warnings.iter().cloned().chain(remarks_on_bodies(scene)).collect(),
             origin: scene.origin,
+            has_environment: scene.environment.is_some(),
             order_needed: scene.order_needed(),
             display,
             automatic_stops,

@@ -1,7 +1,7 @@
 //! The studio turn by turn, without a thread and without a window.
 
 use super::news::{Compared, News, Picture, SceneSummary};
-use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
+use super::order::{Beside, Changes, Drawn, Opening, Order, RoleChange, Source, Wish};
 use super::*;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
@@ -339,9 +339,12 @@ fn what_goes_over_the_wire_arrives() {
     let named = [("a.bin".to_owned(), vec![4, 5]), ("b.png".to_owned(), vec![6])];
     let with_others = Beside(Arc::new(named.into()));
     let source = Source::Bytes { name: "a.glb".into(), bytes: vec![1, 2, 3].into(), beside: with_others.clone() };
-    let load = Order::Load { number: 3, source, opening: Default::default() };
+    let roles = vec![RoleChange { name: "B*".into(), role: Role::Lens, ior: Some(1.4) }];
+    let opened = Opening { environment: Some("sky".into()), lacks_shadows: true, roles, ..Opening::default() };
+    let load = Order::Load { number: 3, source, opening: opened.clone() };
     match wire::read_request(wire::request(&wire::Request::Order(load)).unwrap()).unwrap() {
-        wire::Request::Order(Order::Load { number: 3, source: Source::Bytes { name, bytes, beside }, .. }) => {
+        wire::Request::Order(Order::Load { number: 3, source: Source::Bytes { name, bytes, beside }, opening }) => {
+            assert_eq!(opening, opened);
             assert_eq!((name.as_str(), &*bytes, beside), ("a.glb", &[1, 2, 3][..], with_others));
         }
         other => panic!("{other:?}"),

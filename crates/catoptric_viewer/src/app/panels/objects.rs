@@ -1,11 +1,11 @@
 //! Objects: what was picked, with its role and look, and the list of all.
 
-use super::super::Viewer;
+use super::super::{Viewer, keys};
 use crate::studio::news::ObjectSummary;
 use crate::studio::order::{Changes, RoleChange};
 use catoptric::optics::path::bundle::BounceKind;
 use catoptric::scene::Role;
-use eframe::egui::{CollapsingHeader, Grid, ScrollArea, Slider, TextStyle, Ui};
+use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Slider, TextStyle, Ui};
 use glam::Vec3;
 
 /// What was picked: the path's table, and the role of what is seen.
@@ -103,6 +103,21 @@ fn look(viewer: &mut Viewer, ui: &mut Ui, key: &str, summary: &ObjectSummary, ro
     }
 }
 
+/// Buttons that take changes back.
+fn undo(viewer: &mut Viewer, ui: &mut Ui) {
+    let has_changes = !viewer.changes.is_empty();
+    let undo = ui.add_enabled(has_changes, Button::new("Undo"));
+    if undo.on_hover_text(ui.ctx().format_shortcut(&keys::UNDO)).clicked() {
+        viewer.undo();
+    }
+    if ui.button("Redo").on_hover_text(ui.ctx().format_shortcut(&keys::REDO)).clicked() {
+        viewer.redo();
+    }
+    if ui.add_enabled(has_changes, Button::new("Undo all changes")).clicked() {
+        viewer.changes = Changes::default();
+    }
+}
+
 /// All objects with their roles.
 pub(super) fn list(viewer: &mut Viewer, ui: &mut Ui) {
     let Some(scene) = &viewer.scene else { return };
@@ -110,9 +125,9 @@ pub(super) fn list(viewer: &mut Viewer, ui: &mut Ui) {
         .zip(&scene.objects)
         .map(|(index, object)| (index, object.name.clone(), object.material.clone(), object.role))
         .collect();
-    CollapsingHeader::new("Objects").show(ui, |ui| {
+    CollapsingHeader::new("Objects").default_open(true).show(ui, |ui| {
         let height = ui.text_style_height(&TextStyle::Body);
-        ScrollArea::vertical().id_salt("objects").max_height(200.0).show_rows(ui, height, rows.len(), |ui, range| {
+        ScrollArea::vertical().id_salt("objects").max_height(110.0).show_rows(ui, height, rows.len(), |ui, range| {
             for (_, name, material, role) in &rows[range] {
                 let changed =
                     viewer.changes.roles.iter().rfind(|change| change.name == *name || change.name == *material);
@@ -120,8 +135,6 @@ pub(super) fn list(viewer: &mut Viewer, ui: &mut Ui) {
                 ui.label(format!("{name} ({material}): {}", role.name()));
             }
         });
-        if !viewer.changes.is_empty() && ui.button("Undo all changes").clicked() {
-            viewer.changes = Changes::default();
-        }
+        ui.horizontal(|ui| undo(viewer, ui));
     });
 }

@@ -60,25 +60,6 @@ struct Line {
     of: u64,
 }
 
-/// Where results are to be: asked of the user.
-pub(in crate::app) type Place = Receiver<PathBuf>;
-
-/// Asks where to put what a task makes.
-pub(super) fn ask(task: Task) -> Place {
-    let (sender, place): (Sender<PathBuf>, _) = channel();
-    let dialogue = match task {
-        Task::Report => rfd::FileDialog::new().set_title("A new folder for the report").set_file_name("report"),
-        Task::Bake => rfd::FileDialog::new().set_file_name("scene.bake").add_filter("bakes", &["bake"]),
-    };
-    std::thread::spawn(move || {
-        if let Some(path) = dialogue.save_file() {
-            // The window may be gone by then.
-            let _ = sender.send(path);
-        }
-    });
-    place
-}
-
 impl Viewer {
     /// Has a report made that compares what is shown with the reference, and shows it in the browser.
     pub fn make_report(&mut self, folder: &Path) {
@@ -100,11 +81,6 @@ impl Viewer {
         self.errands.iter_mut().for_each(Errand::call_off);
     }
 
-    /// Asks where to put what a task makes.
-    pub(super) fn ask_for_errand(&mut self, task: Task) {
-        self.asked_places.push((task, ask(task)));
-    }
-
     /// Why a task cannot be done now; `None` if it can.
     pub(super) fn hindrance(&self, task: Task) -> Option<&'static str> {
         let can_bake = || methods::find(&self.choices[0].method).is_ok_and(|info| info.bake.is_some());
@@ -116,7 +92,7 @@ impl Viewer {
         }
     }
 
-    fn send_errand(&mut self, task: Task, target: &Path) {
+    pub(super) fn send_errand(&mut self, task: Task, target: &Path) {
         let Some(program) = self.program.clone() else { return self.say(NO_PROGRAM) };
         let Some(wish) = self.sent.clone() else { return };
         let camera = self.camera.filter(|_| self.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
@@ -128,19 +104,8 @@ impl Viewer {
         }
     }
 
-    /// Learns what has become of errands, and sends those whose place is known by now.
+    /// Learns what has become of errands.
     pub(in crate::app) fn follow_errands(&mut self) {
-        let mut known = Vec::new();
-        self.asked_places.retain(|(task, place)| match place.try_recv() {
-            Ok(path) => {
-                known.push((*task, path));
-                false
-            }
-            Err(error) => error == TryRecvError::Empty,
-        });
-        for (task, path) in known {
-            self.send_errand(task, &path);
-        }
         let mut ended = Vec::new();
         self.errands.retain_mut(|errand| match errand.end() {
             Some(end) => {
@@ -152,12 +117,15 @@ impl Viewer {
         for (task, target, end) in ended {
             match (task, end) {
                 (_, Err(problem)) => self.say(problem),
-                (Task::Bake, Ok(_)) => self.link.send(Order::UseBake { path: target }),
+                (Task::Bake, Ok(_)) => {
+                    self.note(format!("bake saved to {}", target.display()));
+                    self.link.send(Order::UseBake { path: target });
+                }
                 (Task::Report, Ok(remark)) => {
                     let page = target.join("report.html");
                     let page = std::path::absolute(&page).unwrap_or(page);
                     self.tell(ViewerEvent::Report(&page));
-                    self.say(format!("{}{remark}", page.display()));
+                    self.note(format!("report saved to {}{remark}", page.display()));
                 }
             }
         }

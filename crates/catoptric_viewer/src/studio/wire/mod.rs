@@ -1,6 +1,7 @@
 //! Orders, wishes and news as text and bytes, for a studio that shares no memory with the window: in browsers, a
 //! worker.
 
+mod opening;
 mod overlay;
 mod picture;
 mod places;
@@ -8,10 +9,11 @@ mod scene;
 mod wish;
 
 use super::news::{Compared, News, Overlaid};
-use super::order::{Beside, Opening, Order, Source, Wish};
+use super::order::{Beside, Order, Source, Wish};
 use super::pick::Bounce;
 use catoptric::optics::path::bundle::BounceKind;
 use glam::Vec3;
+use opening::WireOpening;
 use overlay::{WireOverlay, kind_of};
 use picture::{WirePicture, check_length};
 use places::WirePlaces;
@@ -54,6 +56,7 @@ enum WireRequest {
     Builtin {
         number: u64,
         spec: String,
+        opening: WireOpening,
     },
     /// The bytes are the file's, of this length, and those of the files beside it.
     Bytes {
@@ -61,6 +64,7 @@ enum WireRequest {
         name: String,
         length: usize,
         beside: Vec<(String, usize)>,
+        opening: WireOpening,
     },
     Pick {
         number: u64,
@@ -120,8 +124,7 @@ enum WireNews {
 /// Object, place, whether light goes through (none: the path ends), distance, angle of incidence.
 type WireBounce = (u32, [f32; 3], Option<bool>, f32, f32);
 
-/// A request as a message; `None` for files, which workers cannot read, and for scenes that
-/// are not opened as they are.
+/// A request as a message; `None` for files, which workers cannot read.
 pub fn request(request: &Request) -> Option<Message> {
     let mut bytes = Vec::new();
     let wire = match request {
@@ -129,15 +132,16 @@ pub fn request(request: &Request) -> Option<Message> {
         Request::Order(Order::Pick { number, position_px }) => {
             WireRequest::Pick { number: *number, position_px: *position_px }
         }
-        // Pages open scenes as they are.
-        Request::Order(Order::Load { opening, .. }) if *opening != Opening::default() => return None,
-        Request::Order(Order::Load { number, source, .. }) => match source {
-            Source::Builtin(spec) => WireRequest::Builtin { number: *number, spec: spec.clone() },
+        Request::Order(Order::Load { number, source, opening }) => match source {
+            Source::Builtin(spec) => {
+                WireRequest::Builtin { number: *number, spec: spec.clone(), opening: WireOpening::from(opening) }
+            }
             Source::Bytes { name, bytes: content, beside } => {
                 bytes = content.to_vec();
                 beside.0.values().for_each(|content| bytes.extend_from_slice(content));
                 let beside = beside.0.iter().map(|(name, content)| (name.clone(), content.len())).collect();
-                WireRequest::Bytes { number: *number, name: name.clone(), length: content.len(), beside }
+                let (name, length, opening) = (name.clone(), content.len(), WireOpening::from(opening));
+                WireRequest::Bytes { number: *number, name, length, beside, opening }
             }
             Source::File(_) => return None,
         },
@@ -152,10 +156,12 @@ pub fn request(request: &Request) -> Option<Message> {
 /// [`WireError`].
 pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireError> {
     let wire: WireRequest = serde_json::from_str(&text).map_err(|error| WireError(error.to_string()))?;
-    let load = |number, source| Request::Order(Order::Load { number, source, opening: Opening::default() });
+    let load = |number, source, opening: WireOpening| {
+        Ok::<_, WireError>(Request::Order(Order::Load { number, source, opening: opening.read()? }))
+    };
     Ok(match wire {
-        WireRequest::Builtin { number, spec } => load(number, Source::Builtin(spec)),
-        WireRequest::Bytes { number, name, length, beside } => {
+        WireRequest::Builtin { number, spec, opening } => load(number, Source::Builtin(spec), opening)?,
+        WireRequest::Bytes { number, name, length, beside, opening } => {
             let mut left = &bytes[..];
             let mut take = |length: usize| {
                 let (taken, rest) =
@@ -166,7 +172,7 @@ pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireErr
             let content = take(length)?.into();
             let beside = beside.into_iter().map(|(name, length)| Ok((name, take(length)?.to_vec())));
             let beside = Beside(Arc::new(beside.collect::<Result<_, WireError>>()?));
-            load(number, Source::Bytes { name, bytes: content, beside })
+            load(number, Source::Bytes { name, bytes: content, beside }, opening)?
         }
         WireRequest::Pick { number, position_px } => Request::Order(Order::Pick { number, position_px }),
         WireRequest::Wish(wish) => Request::Wish(Arc::new(wish.read()?)),

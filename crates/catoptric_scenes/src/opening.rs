@@ -1,7 +1,7 @@
-//! The light and glass that a user wants, over what a scene's files say.
+//! What a user wants over a scene's files, its light and glass, and what may be meant by a name without a file.
 
 use crate::import::{EnvironmentEdit, load_environment};
-use crate::light_if_dark;
+use crate::{builtin, light_if_dark};
 use catoptric_core::error::SceneError;
 use catoptric_core::scene::{Lobes, Model};
 use std::path::Path;
@@ -46,4 +46,14 @@ impl Lighting<'_> {
 pub fn thin_glass(model: &mut Model) -> impl Iterator<Item = &mut Lobes> {
     let lobes = model.materials.iter_mut().filter_map(|material| material.lobes.as_deref_mut());
     lobes.filter(|lobes| lobes.is_thin && lobes.transmission > 0.0)
+}
+
+/// A hint at the meaning of a word that names no file; `None` for files that are there, and where there is none.
+pub fn hint_on_missing(scene: &Path) -> Option<String> {
+    let word = scene.to_str().filter(|_| !scene.exists())?;
+    if ["http://", "https://", "ftp://"].iter().any(|scheme| word.starts_with(scheme)) {
+        return Some("addresses are not opened: download the file first".into());
+    }
+    let name = word.split('?').next().unwrap_or(word);
+    builtin::all().iter().any(|info| info.name == name).then(|| format!("did you mean builtin:{word}?"))
 }
