@@ -1,30 +1,12 @@
 //! Objects under the hand: picked, and dragged through the scene.
 
-use super::Viewer;
-use super::shown::Picked;
+use super::state::Viewer;
+use super::state::grip::Grip;
+use super::state::shown::Picked;
 use crate::studio::order::Order;
 use catoptric::scene::{Camera, View};
 use eframe::egui::{Pos2, Rect, Response};
 use glam::{Vec2, Vec3};
-
-/// What dragging with the first button does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Tool {
-    /// Turns the view.
-    #[default]
-    Turn,
-    /// Moves the object under the pointer.
-    Move,
-}
-
-/// An object in the hand.
-#[derive(Clone, Debug)]
-pub(super) struct Grip {
-    /// The number of the order that finds out what it is.
-    number: u64,
-    /// Its name, where it was taken, and how far it had been moved before; `None` until that is known.
-    held: Option<(String, Vec3, Vec3)>,
-}
 
 impl Viewer {
     /// Asks what is seen at a place of the window.

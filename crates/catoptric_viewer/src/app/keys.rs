@@ -1,23 +1,10 @@
 //! What keys do.
 
-use super::Viewer;
-use super::hand::Tool;
+use super::state::Viewer;
+use super::state::grip::Tool;
+use super::state::shortcuts::{OPEN, REDO, REDO_ALSO, SAVE, SAVE_PICTURE, UNDO};
 use super::take_away;
-use eframe::egui::{Context, Key, KeyboardShortcut, Modifiers};
-
-/// Opens a file. The command key is Ctrl, on Macs Cmd.
-pub(super) const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
-/// Saves the scene.
-pub(super) const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
-/// Saves the picture.
-pub(super) const SAVE_PICTURE: KeyboardShortcut = KeyboardShortcut::new(COMMAND_SHIFT, Key::S);
-/// Takes the last change back.
-pub(super) const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
-/// Makes it again.
-pub(super) const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Y);
-const REDO_ALSO: KeyboardShortcut = KeyboardShortcut::new(COMMAND_SHIFT, Key::Z);
-
-const COMMAND_SHIFT: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
+use eframe::egui::{Context, Key, KeyboardShortcut};
 
 impl Viewer {
     pub(super) fn follow_keys(&mut self, ctx: &Context) {

@@ -1,166 +1,52 @@
 //! The window's content, in egui: what is shown, and what the user wants.
 
+mod begin;
 mod card;
-mod clock;
 mod hand;
-mod history;
 mod keys;
 mod link;
 mod marks;
-mod navigator;
 mod news;
-mod overlay;
 mod panels;
 mod picture;
 mod settings;
-mod shown;
-mod start;
+mod state;
 mod take_away;
 mod theme;
+mod words;
 
 #[cfg(not(target_family = "wasm"))]
 pub use link::StudioThread;
 pub use link::{Link, Restarts};
 pub use settings::read_settings;
-pub use start::{FirstExposure, FirstEye, FirstView, Start};
+pub use state::start::{FirstExposure, FirstEye, FirstView, Start};
+pub use state::{Listener, Viewer, ViewerEvent};
 
 use crate::studio::news::SceneSummary;
 #[cfg(target_family = "wasm")]
 use crate::studio::order::Beside;
 use crate::studio::order::{Changes, Drawn, Opening, Order, Source, Wish, scene_of};
 use crate::studio::places::Places;
-use card::Failed;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
 use catoptric::tone::Display;
-use catoptric_scenes::import::EnvironmentEdit;
-use clock::Clock;
 use eframe::egui::{self, Context, Ui};
 use eframe::egui_wgpu::RenderState;
 use glam::{DVec3, Vec3};
-use hand::{Grip, Tool};
-use history::History;
-use navigator::Navigator;
-use shown::{Shown, ShownPicture};
+use state::Choice;
+use state::clock::Clock;
+use state::grip::Tool;
+use state::history::History;
+use state::navigator::Navigator;
+use state::shown::{Shown, ShownPicture};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 #[cfg(target_family = "wasm")]
 use take_away::files;
-use take_away::files::Saved;
-#[cfg(not(target_family = "wasm"))]
-use take_away::{Errand, Question};
-
-/// Something that who embeds a viewer may want to know.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ViewerEvent<'a> {
-    /// A scene is shown: its name.
-    Loaded(&'a str),
-    /// The user was told something: what was left out of a file, or why it cannot be opened or drawn.
-    Message(&'a str),
-    /// A picture has all its pixels and samples.
-    Sharp,
-    /// A report was made: its page.
-    Report(&'a Path),
-}
-
-/// Is told what happens in a viewer.
-pub type Listener = Box<dyn Fn(ViewerEvent<'_>)>;
-
-/// A method chosen for a side, with settings for every method that was ever chosen there.
-#[derive(Clone, Debug)]
-struct Choice {
-    method: String,
-    settings: BTreeMap<String, toml::Table>,
-}
-
-/// The window's state.
-pub struct Viewer {
-    link: Box<dyn Link>,
-    /// The window, once it has been shown.
-    window: Option<Context>,
-    /// The window's device, where pictures may lie.
-    device: Option<RenderState>,
-    start: Start,
-    /// Where the scene that is shown comes from.
-    source: Source,
-    /// How it was opened.
-    opened: Opening,
-    /// Scenes that were asked for and have not come, with the numbers of their loads.
-    asked: BTreeMap<u64, (Source, Opening)>,
-    /// The number of the last load.
-    loads: u64,
-    /// The load that brings the present scene back to a studio that was started again.
-    reopening: Option<u64>,
-    /// Bakes in use.
-    bakes: Vec<PathBuf>,
-    scene: Option<SceneSummary>,
-    navigator: Option<Navigator>,
-    /// Index of the camera that was chosen last, until the user moves.
-    camera: Option<usize>,
-    choices: [Choice; 2],
-    samples: u32,
-    /// `None`: the one that the scene needs.
-    order: Option<u32>,
-    display: Display,
-    /// Where the divider is, from 0 to 1; `None`: the left side alone.
-    divider: Option<f32>,
-    shows_heat: bool,
-    /// What is shown over the left side, as far as its method has it.
-    overlays: BTreeSet<OverlayKind>,
-    changes: Changes,
-    clock: Clock,
-    /// The animation that plays alone.
-    clip: Option<usize>,
-    shows_panels: bool,
-    /// The panels are unfolded where the window is too narrow for both.
-    is_unfolded: bool,
-    /// The window is too narrow for panels beside the picture.
-    is_narrow: bool,
-    /// The window's title, once it was set.
-    title: String,
-    /// Steps of changes.
-    history: History,
-    /// A scene that could not be opened.
-    failed: Option<Failed>,
-    listener: Option<Listener>,
-    /// What the status line says of the processor.
-    remark: String,
-    /// Files that are being saved.
-    saves: Vec<Saved>,
-    /// The program that makes reports and bakes.
-    #[cfg(not(target_family = "wasm"))]
-    program: Option<PathBuf>,
-    /// What it makes now.
-    #[cfg(not(target_family = "wasm"))]
-    errands: Vec<Errand>,
-    /// Paths that the user is asked for.
-    #[cfg(not(target_family = "wasm"))]
-    questions: Vec<Question>,
-    /// The system shows dialogues, as far as is known.
-    #[cfg(not(target_family = "wasm"))]
-    has_dialogues: bool,
-    /// Files that are being chosen.
-    #[cfg(target_family = "wasm")]
-    opening: Option<files::Choice>,
-    tool: Tool,
-    grip: Option<Grip>,
-    /// How the environment is to be turned and scaled, as long as the hand changes it.
-    light_in_hand: Option<EnvironmentEdit>,
-    /// The order to pick whose answer the view is to turn about.
-    focus: Option<u64>,
-    /// The number of the last order to pick.
-    picks: u64,
-    /// Where the picture is in the window, in points, and its size in pixels.
-    rect: egui::Rect,
-    size: [u32; 2],
-    /// The last wish that was sent.
-    sent: Option<Arc<Wish>>,
-    shown: Shown,
-}
 
 impl Viewer {
     /// Opens the first scene; `device` is the window's, if the studio draws on it.
@@ -403,6 +289,7 @@ impl Viewer {
     }
 
     /// Opens a file: a scene, or a bake by its extension.
+    #[cfg(not(target_family = "wasm"))]
     fn open_file(&mut self, path: &Path) {
         match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bake")) {
             true => self.use_bake(path.into()),

@@ -1,9 +1,8 @@
 //! Reads what the studio tells.
 
-use super::card::Failed;
-use super::overlay::ShownOverlay;
-use super::shown::{Shown, ShownComparison};
-use super::{Viewer, ViewerEvent};
+use super::state::overlay::ShownOverlay;
+use super::state::shown::{Failed, Shown, ShownComparison};
+use super::state::{Viewer, ViewerEvent};
 use crate::studio::news::{Compared, News, SceneSummary};
 use crate::studio::order::{Changes, Opening, Order};
 use eframe::egui::{ColorImage, Context, TextureOptions};

@@ -1,13 +1,12 @@
 //! The picture, and what the hand does on it.
 
-use super::Viewer;
-use super::card::cut_middle;
-use super::hand::Tool;
 use super::marks;
-use super::shown::ShownPicture;
-use super::theme::BEHIND_CAPTIONS;
+use super::state::Viewer;
+use super::state::grip::Tool;
+use super::state::shown::ShownPicture;
+use super::words::{caption, cut_middle, width_of};
 use eframe::egui::{
-    Align2, Color32, Context, CursorIcon, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
+    Align2, Color32, Context, CursorIcon, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
     TextureId, Ui, pos2, vec2,
 };
 use glam::{Vec2, Vec3};
@@ -20,9 +19,6 @@ const NOTED_SECONDS: f64 = 4.0;
 
 /// Sizes of the scene that a key flies in a second.
 const FLIGHT_A_SECOND: f32 = 0.35;
-
-/// Letters over the picture.
-const CAPTIONS: FontId = FontId::proportional(14.0);
 
 /// The whole texture.
 const ALL: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
@@ -230,20 +226,6 @@ fn label(picture: Option<&ShownPicture>, method: &str) -> String {
         }
         None => format!("{method} ..."),
     }
-}
-
-/// Text that can be read on any picture. Returns where it is.
-pub(super) fn caption(ui: &Ui, at: Pos2, align: Align2, text: &str) -> Rect {
-    let galley = ui.painter().layout_no_wrap(text.into(), CAPTIONS, Color32::WHITE);
-    let place = align.anchor_size(at, galley.size());
-    ui.painter().rect_filled(place.expand(3.0), 3.0, BEHIND_CAPTIONS);
-    ui.painter().galley(place.min, galley, Color32::WHITE);
-    place
-}
-
-/// The width of a caption.
-fn width_of(ui: &Ui, text: &str) -> f32 {
-    ui.painter().layout_no_wrap(text.into(), CAPTIONS, Color32::WHITE).size().x
 }
 
 /// The path that was picked, as it stands in space, seen by the camera.

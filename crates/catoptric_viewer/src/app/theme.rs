@@ -1,7 +1,7 @@
 //! Colours of the panels, in the dark and in the light: all text stands out from what is behind it by 4.5 to 1, as
 //! WCAG 2 asks for (level AA).
 
-use eframe::egui::{Color32, Context, Theme, Ui, Visuals};
+use eframe::egui::{Color32, Context, Sense, Theme, Ui, Visuals, vec2};
 
 /// What is behind text over a picture: opaque enough for the text to be read on white.
 pub(super) const BEHIND_CAPTIONS: Color32 = Color32::from_black_alpha(165);
@@ -37,6 +37,12 @@ pub(super) fn choice(ui: &mut Ui) {
     if ui.checkbox(&mut is_light, "light panels").changed() {
         ui.ctx().set_theme(if is_light { Theme::Light } else { Theme::Dark });
     }
+}
+
+/// A square of a colour, for legends.
+pub(super) fn swatch(ui: &mut Ui, color: Color32) {
+    let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, color);
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! Light: the environment, for which the scene is opened again, and the exposure and tone in which all is shown.
 
-use super::super::Viewer;
-use super::super::card::cut_middle;
-use super::LETTERS;
+use super::super::state::Viewer;
+use super::super::words::{LETTERS, cut_middle};
 use crate::studio::order::Opening;
 use catoptric::tone::ToneCurve;
 use catoptric_scenes::ENVIRONMENT_NAMES;
@@ -33,6 +32,7 @@ fn display(viewer: &mut Viewer, ui: &mut Ui) {
     let automatic = viewer.scene.as_ref().map(|scene| scene.automatic_stops);
     let display = &mut viewer.display;
     ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
         let name = ui.label("exposure").id;
         let stops = DragValue::new(&mut display.exposure_stops).range(-16.0..=16.0).speed(0.05).suffix(" EV");
         ui.add(stops.max_decimals(2)).labelled_by(name);
@@ -64,7 +64,7 @@ fn choose(viewer: &mut Viewer, wanted: &mut Opening, ui: &mut Ui) {
         }
         #[cfg(not(target_family = "wasm"))]
         if ui.selectable_label(false, "a picture...").on_hover_text("An equirectangular .hdr, .exr or .png").clicked() {
-            viewer.ask(super::super::take_away::Purpose::Environment);
+            viewer.ask(super::super::state::question::Purpose::Environment);
         }
     });
     list.response.labelled_by(name).on_hover_text(shown);

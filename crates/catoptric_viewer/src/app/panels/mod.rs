@@ -6,16 +6,17 @@ mod overlays;
 mod places;
 mod times;
 
-use super::card::cut_middle;
-use super::hand::Tool;
-use super::take_away;
-use super::{Viewer, keys, settings, theme};
+use super::state::Viewer;
+use super::state::grip::Tool;
+use super::state::shortcuts;
+use super::words::{LETTERS, cut_middle};
+use super::{settings, take_away, theme};
 use crate::studio::news::ClipSummary;
 use crate::studio::order::Source;
 use catoptric_scenes::builtin;
 use eframe::egui::{
-    Button, CollapsingHeader, Color32, ComboBox, DragValue, Grid, Label, Panel, ProgressBar, RichText, ScrollArea,
-    Sense, Slider, Spinner, Ui, vec2,
+    Button, CollapsingHeader, ComboBox, DragValue, Grid, Label, Panel, ProgressBar, Rect, RichText, ScrollArea, Slider,
+    Spinner, Ui, UiBuilder, vec2,
 };
 
 /// The least width of the panels, in points.
@@ -29,9 +30,6 @@ const STATUS_HEIGHT: [f32; 2] = [40.0, 26.0];
 
 /// The share of a narrow window that unfolded panels take.
 const SHARE_UNFOLDED: f32 = 0.5;
-
-/// Letters of a path that fit into a list.
-const LETTERS: usize = 26;
 
 /// Shows the panels: beside the picture, or below it in narrow windows, where they are folded at first. Nothing that
 /// comes and goes in them changes the picture's size.
@@ -54,25 +52,27 @@ fn sections(viewer: &mut Viewer, ui: &mut Ui) {
     // What is too wide is scrolled, and does not push the picture aside.
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().slider_width = 90.0;
-        scene(viewer, ui);
-        objects::picked(viewer, ui);
-        places::show(viewer, ui);
-        view(viewer, ui);
-        light::show(viewer, ui);
-        method(viewer, ui);
-        split(viewer, ui);
-        take_away::show(viewer, ui);
-        objects::list(viewer, ui);
-        overlays::show(viewer, ui);
-        times::show(viewer, ui);
-        theme::choice(ui);
+        let width = ui.available_width();
+        let all: [fn(&mut Viewer, &mut Ui); 12] = [
+            scene,
+            objects::picked,
+            |viewer, ui| places::show(viewer, ui),
+            view,
+            light::show,
+            method,
+            split,
+            take_away::show,
+            objects::list,
+            overlays::show,
+            |viewer, ui| times::show(viewer, ui),
+            |_, ui| theme::choice(ui),
+        ];
+        for section in all {
+            // Texts are broken where the panel ends, however wide the section before was.
+            let place = Rect::from_min_size(ui.cursor().min, vec2(width, f32::INFINITY));
+            ui.scope_builder(UiBuilder::new().max_rect(place), |ui| section(viewer, ui));
+        }
     });
-}
-
-/// A square of a colour, for legends.
-fn swatch(ui: &mut Ui, color: Color32) {
-    let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-    ui.painter().rect_filled(rect, 2.0, color);
 }
 
 fn scene(viewer: &mut Viewer, ui: &mut Ui) {
@@ -112,7 +112,7 @@ fn opener(viewer: &mut Viewer, ui: &mut Ui) {
     ui.horizontal(|ui| {
         let about = format!(
             "A scene (.glb, .gltf, .obj, .ply, .stl, .toml) or a bake ({})",
-            ui.ctx().format_shortcut(&keys::OPEN)
+            ui.ctx().format_shortcut(&shortcuts::OPEN)
         );
         if ui.button("Open...").on_hover_text(about).clicked() {
             take_away::open(viewer);

@@ -1,6 +1,6 @@
 //! Objects: what was picked, with its role and look, and the list of all.
 
-use super::super::{Viewer, keys};
+use super::super::state::{Viewer, shortcuts};
 use crate::studio::news::ObjectSummary;
 use crate::studio::order::{Changes, RoleChange};
 use catoptric::optics::path::bundle::BounceKind;
@@ -83,12 +83,13 @@ fn look(viewer: &mut Viewer, ui: &mut Ui, key: &str, summary: &ObjectSummary, ro
     ui.horizontal_wrapped(|ui| {
         let name = ui.label("colour").id;
         ui.color_edit_button_rgb(&mut color).labelled_by(name);
+        if viewer.changes.looks.contains_key(key) && ui.small_button("reset").clicked() {
+            viewer.changes.looks.remove(key);
+        }
+        ui.end_row();
         if matches!(role, Role::Reflector | Role::Coated) || own.roughness.is_some() {
             let most = if role == Role::Diffuse { 1.0 } else { 0.5 };
             ui.add(Slider::new(&mut roughness, 0.0..=most).text("roughness"));
-        }
-        if viewer.changes.looks.contains_key(key) && ui.small_button("reset").clicked() {
-            viewer.changes.looks.remove(key);
         }
     });
     let mut changed = known;
@@ -106,11 +107,12 @@ fn look(viewer: &mut Viewer, ui: &mut Ui, key: &str, summary: &ObjectSummary, ro
 /// Buttons that take changes back.
 fn undo(viewer: &mut Viewer, ui: &mut Ui) {
     let has_changes = !viewer.changes.is_empty();
-    let undo = ui.add_enabled(has_changes, Button::new("Undo"));
-    if undo.on_hover_text(ui.ctx().format_shortcut(&keys::UNDO)).clicked() {
+    let undo = ui.add_enabled(viewer.history.can_undo(), Button::new("Undo"));
+    if undo.on_hover_text(ui.ctx().format_shortcut(&shortcuts::UNDO)).clicked() {
         viewer.undo();
     }
-    if ui.button("Redo").on_hover_text(ui.ctx().format_shortcut(&keys::REDO)).clicked() {
+    let redo = ui.add_enabled(viewer.history.can_redo(), Button::new("Redo"));
+    if redo.on_hover_text(ui.ctx().format_shortcut(&shortcuts::REDO)).clicked() {
         viewer.redo();
     }
     if ui.add_enabled(has_changes, Button::new("Undo all changes")).clicked() {

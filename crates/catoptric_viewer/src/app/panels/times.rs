@@ -1,8 +1,8 @@
 //! The times of frames.
 
-use super::super::Viewer;
-use super::super::shown::{FrameTimes, HISTORY};
-use super::swatch;
+use super::super::state::Viewer;
+use super::super::state::shown::{FrameTimes, HISTORY};
+use super::super::theme::swatch;
 use eframe::egui::{Align2, CollapsingHeader, Color32, FontId, Grid, Rect, Sense, Ui, ecolor::Hsva, pos2, vec2};
 
 /// The times of the last frames as stacked bars, and a table of the last one.

@@ -1,6 +1,6 @@
 //! The command line that makes the same picture.
 
-use super::super::Viewer;
+use super::super::state::Viewer;
 use crate::studio::order::{Drawn, Opening, RoleChange, Source, Wish};
 use catoptric::methods::Quality;
 use catoptric::output::shell_word;

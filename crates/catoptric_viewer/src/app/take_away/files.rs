@@ -1,23 +1,14 @@
 //! Files to be saved and opened. Dialogues run beside the window, which goes on.
 
-use std::path::{Path, PathBuf};
+#[cfg(target_family = "wasm")]
+use super::super::state::file::{Choice, Contents};
+use super::super::state::file::{Make, Saved};
+#[cfg(target_family = "wasm")]
+use std::path::Path;
+use std::path::PathBuf;
 #[cfg(target_family = "wasm")]
 use std::sync::mpsc::Sender;
-use std::sync::mpsc::{Receiver, channel};
-
-/// Makes a file's content, told the path where it will be.
-pub(super) type Make = Box<dyn FnOnce(&Path) -> Result<Vec<u8>, String> + Send>;
-
-/// What becomes of a file that is saved: its path, or a problem; nothing if the user has changed their mind.
-pub(in crate::app) type Saved = Receiver<Result<PathBuf, String>>;
-
-/// What becomes of a choice: names and contents of files, or a problem; nothing if the user has changed their mind.
-#[cfg(target_family = "wasm")]
-pub(in crate::app) type Choice = Receiver<Result<Contents, String>>;
-
-/// Names and contents of files.
-#[cfg(target_family = "wasm")]
-pub(in crate::app) type Contents = Vec<(String, Vec<u8>)>;
+use std::sync::mpsc::channel;
 
 /// Saves a file where the browser does.
 #[cfg(target_family = "wasm")]

@@ -8,13 +8,14 @@ mod errand;
 pub(super) mod files;
 mod scene_file;
 
-use super::{Viewer, keys};
 #[cfg(not(target_family = "wasm"))]
-pub(super) use ask::{Purpose, Question};
+use super::state::errand::Task;
+use super::state::file::Make;
+#[cfg(not(target_family = "wasm"))]
+use super::state::question::Purpose;
+use super::state::{Viewer, shortcuts};
 use catoptric::picture::{PictureFormat, encode, encode_rgb8};
 use eframe::egui::{CollapsingHeader, Ui};
-#[cfg(not(target_family = "wasm"))]
-pub(super) use errand::{Errand, Task};
 use glam::DVec3;
 
 /// Buttons that save and copy.
@@ -34,7 +35,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
             }
             let about = format!(
                 "A .toml file: the scene with all changes and this view ({})",
-                ui.ctx().format_shortcut(&keys::SAVE)
+                ui.ctx().format_shortcut(&shortcuts::SAVE)
             );
             if ui.button("Save scene").on_hover_text(about).clicked() {
                 save_scene(viewer);
@@ -105,13 +106,13 @@ pub(super) fn save_scene(viewer: &mut Viewer) {
 
 /// Asks where to save a file, and saves it.
 #[cfg(not(target_family = "wasm"))]
-fn save(viewer: &mut Viewer, name: String, extension: &'static str, make: files::Make) {
+fn save(viewer: &mut Viewer, name: String, extension: &'static str, make: Make) {
     viewer.ask(Purpose::Save { name, extension, make });
 }
 
 /// Saves a file where the browser does.
 #[cfg(target_family = "wasm")]
-fn save(viewer: &mut Viewer, name: String, _extension: &'static str, make: files::Make) {
+fn save(viewer: &mut Viewer, name: String, _extension: &'static str, make: Make) {
     viewer.saves.push(files::save(&name, make));
 }
 

@@ -1,7 +1,6 @@
 //! Orders, wishes and news as text and bytes, for a studio that shares no memory with the window: in browsers, a
 //! worker.
 
-mod opening;
 mod overlay;
 mod picture;
 mod places;
@@ -13,14 +12,13 @@ use super::order::{Beside, Order, Source, Wish};
 use super::pick::Bounce;
 use catoptric::optics::path::bundle::BounceKind;
 use glam::Vec3;
-use opening::WireOpening;
 use overlay::{WireOverlay, kind_of};
 use picture::{WirePicture, check_length};
 use places::WirePlaces;
 use scene::WireScene;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use wish::WireWish;
+use wish::{WireOpening, WireWish};
 
 /// A message: a line of JSON, and bytes that go with it.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -24,12 +24,15 @@ const LEVELS: f32 = 25.0;
 /// Colours of a picture: fewer make smaller files.
 const COLORS: usize = 128;
 
+/// Brings a window into a state.
+type Make = fn() -> Session;
+
 /// Larger files are refused.
 const MOST_BYTES: u64 = 150_000;
 
 pub(crate) fn trials() -> Vec<Trial> {
     let Some(folder) = std::env::var_os("CATOPTRIC_SCREENSHOTS_OF_DOCS").map(PathBuf::from) else { return Vec::new() };
-    let all: [(&str, fn() -> Session); 12] = [
+    let all: [(&str, Make); 12] = [
         ("01-first", first),
         ("02-split", split),
         ("03-heat", heat),
@@ -43,7 +46,7 @@ pub(crate) fn trials() -> Vec<Trial> {
         ("11-phone", phone),
         ("12-phone-controls", phone_controls),
     ];
-    let picture = move |(name, make): (&str, fn() -> Session)| {
+    let picture = move |(name, make): (&str, Make)| {
         let path = folder.join(format!("viewer-{name}.png"));
         Trial::test(format!("screenshot {name}"), move || {
             let mut session = make();
@@ -159,7 +162,7 @@ fn phone_controls() -> Session {
     session
 }
 
-/// Writes a small PNG, of the commonest colours.
+/// Writes a small PNG, of few colours.
 fn write(path: &Path, picture: &RgbaImage) {
     let picture =
         imageops::crop_imm(picture, MARGIN, MARGIN, picture.width() - 2 * MARGIN, picture.height() - 2 * MARGIN);
@@ -168,12 +171,19 @@ fn write(path: &Path, picture: &RgbaImage) {
     let colors: Vec<[u8; 3]> = picture.pixels().map(|pixel| [0, 1, 2].map(|channel| level(pixel.0[channel]))).collect();
     let mut counts: BTreeMap<[u8; 3], usize> = BTreeMap::new();
     colors.iter().for_each(|color| *counts.entry(*color).or_default() += 1);
-    let mut palette: Vec<[u8; 3]> = counts.keys().copied().collect();
-    palette.sort_by_key(|color| std::cmp::Reverse(counts[color]));
-    palette.truncate(COLORS);
-    let distance = |one: &[u8; 3], other: &[u8; 3]| -> i32 {
-        one.iter().zip(other).map(|(a, b)| (i32::from(*a) - i32::from(*b)).pow(2)).sum()
+    let distance = |one: &[u8; 3], other: &[u8; 3]| -> u32 {
+        one.iter().zip(other).map(|(a, b)| u32::from(a.abs_diff(*b)).pow(2)).sum()
     };
+    // One after the other those that are common and far from all before.
+    let mut left: Vec<(f64, [u8; 3], u32)> =
+        counts.iter().map(|(color, count)| ((*count as f64).sqrt(), *color, u32::MAX)).collect();
+    let mut palette: Vec<[u8; 3]> = Vec::new();
+    while palette.len() < COLORS.min(counts.len()) {
+        let score = |(weight, _, distance): &(f64, [u8; 3], u32)| weight * f64::from(*distance);
+        let (_, next, _) = *left.iter().max_by(|one, other| score(one).total_cmp(&score(other))).unwrap();
+        left.iter_mut().for_each(|(_, color, nearest)| *nearest = (*nearest).min(distance(color, &next)));
+        palette.push(next);
+    }
     let nearest = |color: &[u8; 3]| (0..palette.len()).min_by_key(|index| distance(color, &palette[*index])).unwrap();
     let indices: BTreeMap<[u8; 3], u8> = counts.keys().map(|color| (*color, nearest(color) as u8)).collect();
     let bytes: Vec<u8> = colors.iter().map(|color| indices[color]).collect();

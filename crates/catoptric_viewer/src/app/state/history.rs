@@ -7,7 +7,7 @@ const STEPS: usize = 200;
 
 /// The steps before and after the present changes.
 #[derive(Debug, Default)]
-pub(super) struct History {
+pub(in crate::app) struct History {
     /// The changes as they were recorded last.
     present: Changes,
     before: Vec<Changes>,
@@ -16,7 +16,7 @@ pub(super) struct History {
 
 impl History {
     /// Records changes as a step, if they are others than before: once nothing is in the hand.
-    pub(super) fn record(&mut self, now: &Changes) {
+    pub(in crate::app) fn record(&mut self, now: &Changes) {
         if *now == self.present {
             return;
         }
@@ -27,15 +27,25 @@ impl History {
         self.after.clear();
     }
 
+    /// True if there is a step to be undone.
+    pub(in crate::app) fn can_undo(&self) -> bool {
+        !self.before.is_empty()
+    }
+
+    /// True if there is a step that was undone.
+    pub(in crate::app) fn can_redo(&self) -> bool {
+        !self.after.is_empty()
+    }
+
     /// The changes before the last step; `None` if there is no step.
-    pub(super) fn undo(&mut self) -> Option<Changes> {
+    pub(in crate::app) fn undo(&mut self) -> Option<Changes> {
         let before = self.before.pop()?;
         self.after.push(std::mem::replace(&mut self.present, before));
         Some(self.present.clone())
     }
 
     /// The changes after a step that was undone; `None` if there is none.
-    pub(super) fn redo(&mut self) -> Option<Changes> {
+    pub(in crate::app) fn redo(&mut self) -> Option<Changes> {
         let after = self.after.pop()?;
         self.before.push(std::mem::replace(&mut self.present, after));
         Some(self.present.clone())

@@ -15,7 +15,7 @@ const FARTHEST: f32 = 1e3;
 
 /// A camera with the point that it turns about.
 #[derive(Clone, Debug)]
-pub(super) struct Navigator {
+pub(in crate::app) struct Navigator {
     camera: Camera,
     pivot: Vec3,
     /// The scene's diagonal.
@@ -24,13 +24,13 @@ pub(super) struct Navigator {
 
 impl Navigator {
     /// Begins with a camera of a scene; it turns about the point on its axis at the depth of the scene's centre.
-    pub(super) fn new(camera: Camera, bounds: &Aabb) -> Self {
+    pub(in crate::app) fn new(camera: Camera, bounds: &Aabb) -> Self {
         let pivot = camera.point_looked_at(bounds);
         Self { camera, pivot, scene_size: bounds.diagonal().max(1e-6) }
     }
 
     /// The camera.
-    pub(super) fn camera(&self) -> &Camera {
+    pub(in crate::app) fn camera(&self) -> &Camera {
         &self.camera
     }
 
@@ -63,13 +63,13 @@ impl Navigator {
     }
 
     /// Turns about the pivot as the scene follows a finger that moves so far, in parts of the picture's height.
-    pub(super) fn orbit(&mut self, moved: Vec2) {
+    pub(in crate::app) fn orbit(&mut self, moved: Vec2) {
         let half_turn = std::f32::consts::PI;
         self.turn(self.pivot, -moved.x * half_turn, -moved.y * half_turn);
     }
 
     /// Turns the head: about the eye. The pivot stays in front.
-    pub(super) fn look(&mut self, moved: Vec2) {
+    pub(in crate::app) fn look(&mut self, moved: Vec2) {
         let distance = self.eye().distance(self.pivot);
         self.turn(self.eye(), -moved.x, -moved.y);
         self.pivot = self.eye() - self.axis(2) * distance;
@@ -84,13 +84,13 @@ impl Navigator {
     }
 
     /// Moves across the view, so that the pivot follows a finger that moves so far, in parts of the picture's height.
-    pub(super) fn pan(&mut self, moved: Vec2) {
+    pub(in crate::app) fn pan(&mut self, moved: Vec2) {
         let step = (self.axis(1) * moved.y - self.axis(0) * moved.x) * self.height_at_pivot();
         self.shift(step);
     }
 
     /// Goes nearer to the pivot by a factor; below 1, away from it.
-    pub(super) fn zoom(&mut self, factor: f32) {
+    pub(in crate::app) fn zoom(&mut self, factor: f32) {
         // A wheel at rest must not add up rounding errors.
         if !(factor.is_finite() && factor > 0.0) || factor == 1.0 {
             return;
@@ -110,14 +110,14 @@ impl Navigator {
     }
 
     /// Turns about another point from now on, and goes nearer to that; the view stays as it is.
-    pub(super) fn focus(&mut self, point: Vec3) {
+    pub(in crate::app) fn focus(&mut self, point: Vec3) {
         if point.is_finite() {
             self.pivot = point;
         }
     }
 
     /// Flies along its own axes (right, up, back), in sizes of the scene. The pivot comes along.
-    pub(super) fn fly(&mut self, step: Vec3) {
+    pub(in crate::app) fn fly(&mut self, step: Vec3) {
         let step = (self.axis(0) * step.x + self.axis(1) * step.y + self.axis(2) * step.z) * self.scene_size;
         self.shift(step);
     }
@@ -130,7 +130,7 @@ impl Navigator {
     }
 
     /// Goes back along its own direction until it sees all of a box.
-    pub(super) fn frame(&mut self, bounds: &Aabb) {
+    pub(in crate::app) fn frame(&mut self, bounds: &Aabb) {
         let radius = (bounds.diagonal() * 0.5).max(1e-6);
         self.pivot = bounds.center();
         let distance = match &mut self.camera.projection {

@@ -1,7 +1,5 @@
 //! What the window begins with.
 
-use super::Viewer;
-use super::navigator::Navigator;
 use crate::studio::news::SceneSummary;
 use crate::studio::order::{Opening, Source};
 use catoptric::scene::{Camera, Projection};
@@ -82,7 +80,7 @@ pub enum FirstExposure {
 
 impl FirstView {
     /// The camera and its index among the scene's own; a remark where that is not the one that is wanted.
-    fn camera(&self, scene: &SceneSummary) -> (Option<Camera>, Option<usize>, Option<String>) {
+    pub(in crate::app) fn camera(&self, scene: &SceneSummary) -> (Option<Camera>, Option<usize>, Option<String>) {
         if let Some(FirstEye { position, target, up, fov_deg }) = &self.eye {
             let about_origin = |point: &DVec3| (*point - scene.origin).as_vec3();
             let target = target.as_ref().map_or(scene.bounds.center(), about_origin);
@@ -109,7 +107,7 @@ impl FirstView {
     }
 
     /// The exposure and tone curve of a scene.
-    fn display(&self, scene: &SceneSummary) -> Display {
+    pub(in crate::app) fn display(&self, scene: &SceneSummary) -> Display {
         let mut display = match self.exposure {
             FirstExposure::Fitting => scene.display,
             FirstExposure::Automatic => Display { exposure_stops: scene.automatic_stops, curve: ToneCurve::Neutral },
@@ -117,47 +115,5 @@ impl FirstView {
         };
         display.curve = self.curve.unwrap_or(display.curve);
         display
-    }
-}
-
-impl Viewer {
-    /// How a scene is opened: the one that the window begins with as is wanted, others as they are.
-    pub(super) fn opening_of(&self, source: &Source) -> Opening {
-        if *source == self.start.source { self.start.opening.clone() } else { Opening::default() }
-    }
-
-    /// Begins to look at a scene: the first one as is wanted, others as they have it.
-    pub(super) fn begin_view(&mut self, scene: &SceneSummary) {
-        let is_first = self.source == self.start.source;
-        let first = if is_first { std::mem::take(&mut self.start.view) } else { FirstView::default() };
-        let (camera, index, remark) = first.camera(scene);
-        self.navigator = camera.map(|camera| Navigator::new(camera, &scene.bounds));
-        self.camera = index;
-        remark.into_iter().for_each(|remark| self.say(remark));
-        self.display = first.display(scene);
-        self.clip = None;
-        if let Some(wanted) = &first.animation {
-            let named = scene.clips.iter().position(|clip| clip.name == *wanted && !clip.name.is_empty());
-            self.clip = named.or_else(|| wanted.parse().ok()).filter(|index| *index < scene.clips.len());
-            if self.clip.is_none() {
-                let names = scene.clips.iter().map(|clip| format!("`{}`", clip.name)).collect::<Vec<_>>();
-                let names = if names.is_empty() { "none".into() } else { names.join(", ") };
-                self.say(format!("there is no animation `{wanted}`; there are: {names}"));
-            }
-        }
-        self.clock.begin(scene.duration(self.clip));
-        self.clock.set(first.time);
-        if self.clock.time() != first.time {
-            let (asked, end) = (first.time, self.clock.duration());
-            self.say(format!("--time {asked}: the animation goes from 0 to {end} s; shown is {} s", self.clock.time()));
-        }
-    }
-
-    /// Has an animation play alone, or all of them, from the beginning.
-    pub(super) fn choose_clip(&mut self, clip: Option<usize>) {
-        self.clip = clip;
-        if let Some(scene) = &self.scene {
-            self.clock.begin(scene.duration(clip));
-        }
     }
 }
