@@ -42,7 +42,9 @@ use state::history::History;
 use state::navigator::Navigator;
 use state::shown::{Shown, ShownPicture};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+#[cfg(not(target_family = "wasm"))]
+use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 #[cfg(target_family = "wasm")]
