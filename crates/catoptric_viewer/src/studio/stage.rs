@@ -283,16 +283,16 @@ mod tests {
 
     #[test]
     fn scenes_are_opened_as_is_wanted() {
-        let glass = RoleChange { name: "B*".into(), role: Role::Lens, ior: Some(1.7) };
+        let mirror = RoleChange { name: "B*".into(), role: Role::Reflector, ior: None };
         let turned = EnvironmentEdit { rotation_deg: Some(90.0), strength: None };
         let sky = Opening {
             environment: Some("sky".into()),
             environment_edit: turned,
-            roles: vec![glass],
+            roles: vec![mirror],
             ..Opening::default()
         };
         let (mut stage, summary) = Stage::load(1, &walker(), &sky).unwrap();
-        assert_eq!((summary.objects[0].role, summary.objects[0].ior), (Role::Lens, 1.7));
+        assert_eq!((summary.objects[0].role, summary.has_environment), (Role::Reflector, true));
         let scene = stage.scene(0.0, &Changes::default(), false).unwrap();
         let (lit, sky) = (scene.environment.as_ref().unwrap(), catoptric_scenes::named_environment("sky").unwrap());
         assert_eq!((&lit.name, lit.turn()), (&sky.name, 0.25));
