@@ -3,7 +3,6 @@
 mod pictures;
 mod project;
 mod report;
-mod scene;
 mod sequence;
 mod submit;
 mod tips;
@@ -13,7 +12,6 @@ mod variables;
 pub(crate) use pictures::{Bits, PictureArgs, SequenceArgs};
 pub(crate) use project::ProjectArgs;
 pub(crate) use report::ReportArgs;
-pub(crate) use scene::{ChoiceArgs, EnvironmentArgs, PoseArgs, SceneArgs, Shadows, ThinGlass, ViewArgs};
 pub(crate) use sequence::{Sequence, turn_about};
 pub(crate) use submit::BakeSubmitArgs;
 #[cfg(feature = "cloud")]
@@ -22,7 +20,11 @@ pub(crate) use tips::with_tip;
 pub(crate) use tools::{DiffArgs, ExplainArgs, JsonArgs, ViewerArgs};
 pub(crate) use variables::{from_variables, name_variable, with_variables};
 
-use crate::parse::{self, Exposure, FileOrStream, Order};
+pub(crate) use catoptric_options::{
+    ChoiceArgs, DisplayArgs, EnvironmentArgs, GlassArgs, PoseArgs, SceneArgs, Shadows, ThinGlass, ViewArgs,
+};
+
+use crate::parse::{self, FileOrStream, Order};
 use clap::{ArgAction, ArgMatches, Args, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -163,6 +165,7 @@ pub(crate) enum Command {
     Scenes(JsonArgs),
     /// Open a scene in the viewer, a program of its own (`catoptric_viewer`)
     #[command(after_help = "Example:\n  catoptric view room.glb --against reference\n\n\
+        It takes the options of `render` for the scene, roles, the view, exposure and the method. \
         The viewer is the file that the environment variable CATOPTRIC_VIEWER names, else the one beside this program, \
         else the first on PATH. Exit codes are the viewer's.")]
     View(ViewerArgs),
@@ -186,9 +189,8 @@ pub(crate) struct CompletionsArgs {
 #[derive(Args)]
 #[command(next_help_heading = "Method")]
 pub(crate) struct DrawArgs {
-    /// What lets light pass and has no volume in the file [default: thin, as the format says]
-    #[arg(long, value_enum, help_heading = "Scene")]
-    pub(crate) thin_glass: Option<ThinGlass>,
+    #[command(flatten)]
+    pub(crate) glass: GlassArgs,
     /// Fail where something would not be drawn as the file says, instead of warning
     #[arg(long, help_heading = "Scene")]
     pub(crate) strict: bool,
@@ -234,27 +236,6 @@ impl Motion {
             Self::Animation => "animation",
         }
     }
-}
-
-/// Tone curves of pictures for screens.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Tone {
-    None,
-    Neutral,
-    Agx,
-    Aces,
-}
-
-/// Exposure and tone of pictures for a screen.
-#[derive(Args)]
-#[command(next_help_heading = "Output")]
-pub(crate) struct DisplayArgs {
-    /// Exposure of pictures other than EXR in stops, or `auto` [default: 0, or `auto` where little could be seen then]
-    #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
-    pub(crate) exposure: Option<Exposure>,
-    /// Tone curve of pictures other than EXR [default: none; neutral with an automatic exposure]
-    #[arg(long, value_enum)]
-    pub(crate) tone: Option<Tone>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -15,6 +15,7 @@ use catoptric::raster::SAMPLE_COUNTS;
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, Model, PoseMemory, Projection, Scene, View};
 use catoptric_bake::Shelf;
+use catoptric_options::DEFAULT_FOV_DEG;
 use clap::ArgMatches;
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -26,8 +27,6 @@ use std::time::Instant;
 const ORBIT_STEP_DEG: f32 = 1.0;
 /// The reference's time is estimated by a picture so many times smaller in both directions.
 const ESTIMATE_SCALE: u32 = 8;
-/// The field of view of `--eye` without `--fov`.
-const DEFAULT_FOV_DEG: f32 = 40.0;
 
 /// Roles over the scene's own, whether its lights cast shadows, and the time of the first frame.
 pub(crate) type Moment = (Vec<RoleRule>, Shadows, f32);

@@ -8,13 +8,12 @@ use catoptric::light::bodies::{bodies_meet, remarks_on_bodies};
 use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky};
 use catoptric::progress::Progress;
 use catoptric::scene::roles::RoleRule;
-use catoptric::scene::{Lobes, Model, PoseMemory, PoseOptions, Role, Scene};
-use catoptric_scenes::import::EnvironmentEdit;
+use catoptric::scene::{Model, PoseMemory, PoseOptions, Scene};
+pub(crate) use catoptric_options::RoleWord;
 use catoptric_scenes::import::LoadOptions;
-use catoptric_scenes::{builtin, import, light_if_dark};
+use catoptric_scenes::{Lighting, builtin, hint_on_missing, import, thin_glass};
 use clap::ArgMatches;
 use std::path::Path;
-use std::sync::Arc;
 
 /// The model that SCENE names, with the variant that is chosen and the environment that the options want. Files from
 /// other programs that bring no light are lit by a studio if they have mirrors or glass, or roles are given.
@@ -41,31 +40,11 @@ pub(crate) fn load(
             error => error.into(),
         })?,
     };
-    if let Some(path) = &options.environment {
-        model.environment = Some(Arc::new(import::load_environment(path, &mut model.warnings)?));
-    }
     let is_own = built_in(scene).is_some() || scene.extension().is_some_and(|kind| kind == "toml");
-    if !is_own {
-        light_if_dark(&mut model, has_roles);
-    }
-    let (rotation_deg, strength) = (options.environment_rotation, options.environment_strength);
-    if !(EnvironmentEdit { rotation_deg, strength }).apply(&mut model) {
-        let option = if rotation_deg.is_some() { "rotation" } else { "strength" };
-        let problem = "the scene has no environment; give one by --environment";
-        return Err(Failure::input(format!("{}: --environment-{option}: {problem}", model.name)));
-    }
+    let (environment, edit) = (options.environment.as_deref(), options.edit());
+    Lighting { environment, edit, is_own, has_roles }.apply(&mut model)?;
     settings::check(&model)?;
     Ok(model)
-}
-
-/// A hint at the meaning of a word that names no file.
-fn hint_on_missing(scene: &Path) -> Option<String> {
-    let word = scene.to_str().filter(|_| !scene.exists())?;
-    if ["http://", "https://", "ftp://"].iter().any(|scheme| word.starts_with(scheme)) {
-        return Some("addresses are not opened: download the file first".into());
-    }
-    let name = word.split('?').next().unwrap_or(word);
-    builtin::all().iter().any(|info| info.name == name).then(|| format!("did you mean builtin:{word}?"))
 }
 
 /// The built-in scene that a word names, with its parameters.
@@ -75,7 +54,7 @@ pub(crate) fn built_in(scene: &Path) -> Option<&str> {
 
 /// Makes what lets light pass without a volume solid, if that is wanted.
 pub(crate) fn choose_glass(args: &DrawArgs, model: &mut Model) {
-    if args.thin_glass == Some(ThinGlass::Solid) {
+    if args.glass.thin_glass == Some(ThinGlass::Solid) {
         thin_glass(model).for_each(|lobes| lobes.is_thin = false);
     }
 }
@@ -83,7 +62,7 @@ pub(crate) fn choose_glass(args: &DrawArgs, model: &mut Model) {
 /// How glass without a volume is drawn, if there is any and the user has not chosen.
 pub(crate) fn remark_on_glass(args: &DrawArgs, model: &mut Model) -> Option<String> {
     let count = thin_glass(model).count();
-    (count > 0 && args.thin_glass.is_none()).then(|| {
+    (count > 0 && args.glass.thin_glass.is_none()).then(|| {
         let (materials, are) = if count == 1 { ("material has", "is") } else { ("materials have", "are") };
         format!(
             "{}: {count} transmitting {materials} no volume and {are} drawn as thin walls (--thin-glass solid draws \
@@ -107,11 +86,6 @@ pub(crate) fn remark_on_media(method: &str, scene: &Scene) -> Option<String> {
              if air were on the other side (only `render --method auto` and `reference` know better)"
         )
     })
-}
-
-fn thin_glass(model: &mut Model) -> impl Iterator<Item = &mut Lobes> {
-    let lobes = model.materials.iter_mut().filter_map(|material| material.lobes.as_deref_mut());
-    lobes.filter(|lobes| lobes.is_thin && lobes.transmission > 0.0)
 }
 
 /// Refuses a model of which something would not be drawn as its file says, if that is wanted.
@@ -163,66 +137,35 @@ pub(crate) fn pose(
     Ok(scene)
 }
 
-/// A role as it was given on the command line: `reflector`, `lens` or `diffuse`, and a pattern.
-pub(crate) type RoleWord = (String, String);
-
-/// The roles given on the command line, in the order in which they stand there: later ones win.
-pub(crate) fn role_words(args: &SceneArgs, options: &ArgMatches) -> Vec<RoleWord> {
-    words_of(&args.reflector, &args.pose, options)
-}
-
-fn words_of(reflector: &[String], pose: &PoseArgs, options: &ArgMatches) -> Vec<RoleWord> {
-    let mut words: Vec<(usize, RoleWord)> = Vec::new();
-    for (name, patterns) in [("reflector", reflector), ("lens", &pose.lens), ("diffuse", &pose.diffuse)] {
-        let places = options.indices_of(name).into_iter().flatten();
-        words.extend(places.zip(patterns).map(|(place, pattern)| (place, (name.to_owned(), pattern.clone()))));
-    }
-    words.sort_by_key(|(place, _)| *place);
-    words.into_iter().map(|(_, word)| word).collect()
-}
-
-/// The parameters that the words stand for.
-pub(crate) fn rules(words: &[RoleWord]) -> Result<Vec<RoleRule>, Failure> {
-    let rule = |(name, pattern): &RoleWord| {
-        let rule = match name.as_str() {
-            "reflector" => RoleRule::new(pattern, Role::Reflector, None),
-            "lens" => RoleRule::parse_lens(pattern),
-            _ => RoleRule::new(pattern, Role::Diffuse, None),
-        };
-        rule.map_err(|error| Failure::usage(format!("--{name}: {error}")))
-    };
-    words.iter().map(rule).collect()
-}
-
 /// The roles given on the command line.
 pub(crate) fn roles(args: &SceneArgs, options: &ArgMatches) -> Result<Vec<RoleRule>, Failure> {
     rules(&role_words(args, options))
 }
 
+/// The roles given on the command line, in the order in which they stand there: later ones win.
+pub(crate) fn role_words(args: &SceneArgs, options: &ArgMatches) -> Vec<RoleWord> {
+    catoptric_options::role_words(&args.reflector, &args.pose, options)
+}
+
+/// The parameters that the words stand for.
+pub(crate) fn rules(words: &[RoleWord]) -> Result<Vec<RoleRule>, Failure> {
+    catoptric_options::rules(words).map_err(Failure::usage)
+}
+
 /// The same without `--reflector`, for commands in which it names no role.
 pub(crate) fn pose_roles(args: &PoseArgs, options: &ArgMatches) -> Result<Vec<RoleRule>, Failure> {
-    rules(&words_of(&[], args, options))
+    rules(&catoptric_options::role_words(&[], args, options))
 }
 
 /// Leaves the animation of `--animation` alone in the model and returns the index that it had, if one is named.
 pub(crate) fn choose_animation(choice: &ChoiceArgs, model: &mut Model) -> Result<Option<usize>, Failure> {
     let Some(wanted) = choice.animation.as_deref() else { return Ok(None) };
-    let index = find(model, wanted).map_err(|error| Failure::input(format!("{}: --animation: {error}", model.name)))?;
+    let index = model
+        .animation_index(wanted)
+        .map_err(|error| Failure::input(format!("{}: --animation: {error}", model.name)))?;
     let chosen = model.animations.swap_remove(index);
     model.animations = vec![chosen];
     Ok(Some(index))
-}
-
-/// The animation of this name, else of this index.
-fn find(model: &Model, wanted: &str) -> Result<usize, SceneError> {
-    let names = || model.animations.iter().map(|animation| animation.name.as_str());
-    let named = names().position(|name| name == wanted && !name.is_empty());
-    let by_index = || wanted.parse().ok().filter(|index| *index < model.animations.len());
-    named.or_else(by_index).ok_or_else(|| {
-        let listed: Vec<String> = names().enumerate().map(|(index, name)| format!("{index} `{name}`")).collect();
-        let listed = if listed.is_empty() { "none in this scene".into() } else { listed.join(", ") };
-        SceneError::unknown("animation", wanted, names(), listed)
-    })
 }
 
 /// A remark on a time at which no animation moves.

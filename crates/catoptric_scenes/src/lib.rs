@@ -11,9 +11,13 @@
 pub mod builtin;
 #[cfg(feature = "files")]
 pub mod import;
+#[cfg(feature = "files")]
+mod opening;
 mod sky;
 mod studio;
 mod tangents;
 
+#[cfg(feature = "files")]
+pub use opening::{Lighting, hint_on_missing, thin_glass};
 pub use sky::sky;
 pub use studio::{ENVIRONMENT_NAMES, light_if_dark, named_environment, studio};

@@ -62,13 +62,14 @@ struct Times {
 fn measure(gpu: Option<Gpu>, scene: &str, name: &str, methods: &[&str]) {
     let gpu_name = gpu.as_ref().map(Gpu::name);
     let studio = StudioThread::start(gpu, Box::new(|| ()));
-    studio.send(Order::Load { number: 1, source: Source::of_word(scene) });
+    studio.send(Order::Load { number: 1, source: Source::of_word(scene), opening: Default::default() });
     let Some(summary) = loaded(&studio) else { return println!("  it cannot be loaded") };
     let mut wishes: Vec<(Arc<Wish>, Instant)> = Vec::new();
     let mut times = Times::default();
     let wish = |camera: Camera| Wish {
         scene: 1,
         time: 0.0,
+        clip: None,
         changes: Changes::default(),
         camera,
         size: SIZE,

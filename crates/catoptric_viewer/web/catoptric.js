@@ -62,8 +62,8 @@ async function fetched(options, say) {
 
 /**
  * Shows a viewer in a canvas. Options: `scene` (an address or `builtin:NAME`), `method`, `settings` (of that method:
- * `KEY=VALUE, KEY=VALUE`), `against`, `camera`, `samples`, `order`, `processor` (`gpu` or `cpu` draws; else the better
- * one). The result has `open(name, bytes)`, `choose(side, method)`, `configure(side, settings)`, `state()`, `widgets()`
+ * `KEY=VALUE, KEY=VALUE`), `against`, `camera`, `environment` (`studio` or `sky`), `samples`, `order`, `processor` (`gpu`
+ * or `cpu` draws; else the better one). The result has `open(name, bytes)`, `choose(side, method)`, `configure(side, settings)`, `state()`, `widgets()`
  * and `pixels(side)`.
  */
 export async function show(canvas, options = {}, say = () => {}) {

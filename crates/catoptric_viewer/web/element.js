@@ -10,8 +10,8 @@ const STYLE = `
 
 /**
  * Attributes: `src` (an address or `builtin:NAME`), `method`, `settings` (of that method: `KEY=VALUE, KEY=VALUE`),
- * `against` (a second method: a split view), `camera` (name or index), `samples`, `order`, `processor` (`gpu` or `cpu`),
- * `controls` (shows the panels). The first four may change at any time.
+ * `against` (a second method: a split view), `camera` (name or index), `environment` (`studio` or `sky`), `samples`,
+ * `order`, `processor` (`gpu` or `cpu`), `controls` (shows the panels). The first four may change at any time.
  * Events: `load` (detail: the scene's name), `sharp`, `message` and `error` (detail: their words).
  */
 export class CatoptricViewer extends HTMLElement {
@@ -36,7 +36,7 @@ export class CatoptricViewer extends HTMLElement {
     const say = (text) => { this.#words.textContent = text; };
     const value = (name) => this.getAttribute(name) ?? '';
     const options = { scene: value('src'), panels: this.hasAttribute('controls') ? '' : 'off' };
-    for (const name of ['method', 'settings', 'against', 'camera', 'samples', 'order', 'processor']) {
+    for (const name of ['method', 'settings', 'against', 'camera', 'environment', 'samples', 'order', 'processor']) {
       options[name] = value(name);
     }
     try {

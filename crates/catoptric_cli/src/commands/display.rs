@@ -1,11 +1,11 @@
 //! From linear radiance to PNG pictures: exposure and tone.
 
-use crate::args::{DisplayArgs, Tone};
-use crate::parse::Exposure;
+use crate::args::DisplayArgs;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::surface_mask;
 use catoptric::scene::{Scene, View};
 use catoptric::tone::{self, ToneCurve, automatic_exposure};
+use catoptric_options::parse::Exposure;
 
 /// The exposure and tone of all pictures of a command.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ impl Display {
             Some(Exposure::Stops(stops)) => Some(stops),
             Some(Exposure::Auto) | None => None,
         };
-        let chosen_curve = args.tone.map(curve_of);
+        let chosen_curve = args.tone.map(ToneCurve::from);
         if let Some(stops) = stops {
             let shown = tone::Display { exposure_stops: stops, curve: chosen_curve.unwrap_or_default() };
             return Self { shown, is_chosen: false };
@@ -45,7 +45,7 @@ impl Display {
             Some(Exposure::Auto) => return None,
             None => 0.0,
         };
-        let curve = args.tone.map(curve_of).unwrap_or_default();
+        let curve = args.tone.map(ToneCurve::from).unwrap_or_default();
         Some(Self { shown: tone::Display { exposure_stops, curve }, is_chosen: false })
     }
 
@@ -65,14 +65,5 @@ impl Display {
         self.is_chosen.then(|| {
             format!("the picture would be too dark or too bright: shown at {stops:+.1} EV (--exposure 0 leaves it)")
         })
-    }
-}
-
-fn curve_of(tone: Tone) -> ToneCurve {
-    match tone {
-        Tone::None => ToneCurve::None,
-        Tone::Neutral => ToneCurve::Neutral,
-        Tone::Agx => ToneCurve::Agx,
-        Tone::Aces => ToneCurve::Aces,
     }
 }

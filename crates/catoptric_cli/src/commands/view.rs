@@ -15,7 +15,11 @@ const REMEDY: &str = "build it with `cargo build --release --locked -p catoptric
 pub(crate) fn run(args: &ViewerArgs) -> Result<Output, Failure> {
     let program = find()?;
     let words = args.words.iter().skip_while(|word| *word == "--");
-    let ended = Command::new(&program).args(words).status();
+    let mut viewer = Command::new(&program);
+    // Its help names what was typed.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::arg0(&mut viewer, "catoptric view");
+    let ended = viewer.args(words).status();
     let ended = ended.map_err(|error| Failure::input(format!("{}: cannot start it: {error}", program.display())))?;
     let code = ended.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
     Ok(Output { text: String::new(), code })

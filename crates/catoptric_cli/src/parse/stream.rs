@@ -2,14 +2,11 @@
 
 use crate::failure::{self, Failure};
 use catoptric::output;
+use catoptric_options::parse::{STREAM, no_stream};
 use clap::builder::{PathBufValueParser, StringValueParser, TypedValueParser};
-use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, BufWriter, Seek};
 use std::path::{Path, PathBuf};
-
-/// The word for a standard stream.
-const STREAM: &str = "-";
 
 /// A file, or a standard stream: standard input of what is read, standard output of what is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,20 +78,7 @@ pub(crate) fn file_or_stream() -> impl TypedValueParser<Value = FileOrStream> {
     PathBufValueParser::new().map(FileOrStream::from)
 }
 
-/// Reads a file or folder.
-pub(crate) fn file() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(no_stream)
-}
-
 /// Reads the place of a bake, which may be an address.
 pub(crate) fn place() -> impl TypedValueParser<Value = String> {
     StringValueParser::new().try_map(no_stream)
-}
-
-/// Refuses `-`.
-pub(super) fn no_stream<T: AsRef<OsStr>>(name: T) -> Result<T, &'static str> {
-    match name.as_ref() == STREAM {
-        true => Err("no standard stream can stand here; `./-` names a file called `-`"),
-        false => Ok(name),
-    }
 }

@@ -1,8 +1,26 @@
 //! Animation: the values of channels between their keys, as glTF interpolates them.
 
-use super::model::{Animation, Channel, ChannelValues, Interpolation, LocalTransform};
+use super::model::{Animation, Channel, ChannelValues, Interpolation, LocalTransform, Model};
+use crate::error::SceneError;
 use crate::math::portable::between_turns;
 use glam::{Quat, Vec3};
+
+impl Model {
+    /// The index of the animation of this name, else of the one with this index.
+    ///
+    /// # Errors
+    /// [`SceneError::Unknown`], with a list of those that there are.
+    pub fn animation_index(&self, wanted: &str) -> Result<usize, SceneError> {
+        let names = || self.animations.iter().map(|animation| animation.name.as_str());
+        let named = names().position(|name| name == wanted && !name.is_empty());
+        let by_index = || wanted.parse().ok().filter(|index| *index < self.animations.len());
+        named.or_else(by_index).ok_or_else(|| {
+            let listed: Vec<String> = names().enumerate().map(|(index, name)| format!("{index} `{name}`")).collect();
+            let listed = if listed.is_empty() { "none in this scene".into() } else { listed.join(", ") };
+            SceneError::unknown("animation", wanted, names(), listed)
+        })
+    }
+}
 
 impl Animation {
     /// The time of its last key, in seconds; 0 without keys.

@@ -100,6 +100,16 @@ impl RoleRule {
         &self.pattern.text
     }
 
+    /// The role that it gives.
+    pub fn role(&self) -> Role {
+        self.role
+    }
+
+    /// The index of refraction that it gives, if any.
+    pub fn ior(&self) -> Option<f32> {
+        self.ior
+    }
+
     /// Returns true if the rule is for a node or material of these names.
     pub fn matches(&self, node: &str, material: &str) -> bool {
         self.pattern.matches(node, material)

@@ -1,30 +1,12 @@
 //! Objects under the hand: picked, and dragged through the scene.
 
-use super::Viewer;
-use super::shown::Picked;
+use super::state::Viewer;
+use super::state::grip::Grip;
+use super::state::shown::Picked;
 use crate::studio::order::Order;
 use catoptric::scene::{Camera, View};
 use eframe::egui::{Pos2, Rect, Response};
 use glam::{Vec2, Vec3};
-
-/// What dragging with the first button does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Tool {
-    /// Turns the view.
-    #[default]
-    Turn,
-    /// Moves the object under the pointer.
-    Move,
-}
-
-/// An object in the hand.
-#[derive(Clone, Debug)]
-pub(super) struct Grip {
-    /// The number of the order that finds out what it is.
-    number: u64,
-    /// Its name, where it was taken, and how far it had been moved before; `None` until that is known.
-    held: Option<(String, Vec3, Vec3)>,
-}
 
 impl Viewer {
     /// Asks what is seen at a place of the window.
@@ -34,6 +16,35 @@ impl Viewer {
         self.shown.picked = Some(Picked { number: self.picks, position_px, path: Vec::new(), places: None });
         self.link.send(Order::Pick { number: self.picks, position_px });
         self.picks
+    }
+
+    /// Has the view turn about what is seen at a place of the window, once that is told.
+    pub(super) fn focus_at(&mut self, at: Pos2, rect: Rect, scale: f32) {
+        self.focus = Some(self.pick(at, rect, scale));
+    }
+
+    /// Turns about what was picked, if the view was to.
+    pub(super) fn turn_about_picked(&mut self, number: u64) {
+        let Some(picked) = self.shown.picked.as_ref().filter(|_| self.focus == Some(number)) else { return };
+        self.focus = None;
+        let Some(first) = picked.path.first() else {
+            return self.note("nothing is there that the view could turn about");
+        };
+        let (point, object) = (first.position, first.object as usize);
+        let name = self.scene.as_ref().and_then(|scene| scene.objects.get(object)).map(|object| object.name.clone());
+        if let Some(navigator) = &mut self.navigator {
+            navigator.focus(point);
+        }
+        match name.filter(|name| !name.is_empty()) {
+            Some(name) => self.note(format!("dragging turns about this point of `{name}` now")),
+            None => self.note("dragging turns about this point now"),
+        }
+    }
+
+    /// The object in the hand and how far it was moved.
+    pub(super) fn held(&self) -> Option<(&str, Vec3)> {
+        let (name, ..) = self.grip.as_ref()?.held.as_ref()?;
+        Some((name, self.changes.moves.get(name).copied().unwrap_or_default()))
     }
 
     /// Moves the object that was under the pointer when dragging began, across the view: its point under the pointer

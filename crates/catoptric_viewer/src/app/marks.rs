@@ -1,7 +1,7 @@
 //! Marks in the picture where methods show the picked point, with a legend.
 
-use super::Viewer;
-use super::picture::caption;
+use super::state::Viewer;
+use super::words::caption;
 use crate::studio::places::Places;
 use eframe::egui::ecolor::Hsva;
 use eframe::egui::{Align2, Color32, Pos2, Rect, Stroke, Ui, pos2, vec2};

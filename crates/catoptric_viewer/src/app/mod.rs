@@ -1,155 +1,54 @@
 //! The window's content, in egui: what is shown, and what the user wants.
 
-mod clock;
+mod begin;
+mod card;
 mod hand;
+mod keys;
 mod link;
 mod marks;
-mod navigator;
 mod news;
-mod overlay;
 mod panels;
 mod picture;
 mod settings;
-mod shown;
+mod state;
 mod take_away;
+mod theme;
+mod words;
 
 #[cfg(not(target_family = "wasm"))]
 pub use link::StudioThread;
 pub use link::{Link, Restarts};
 pub use settings::read_settings;
+pub use state::start::{FirstExposure, FirstEye, FirstView, Start};
+pub use state::{Listener, Viewer, ViewerEvent};
 
 use crate::studio::news::SceneSummary;
-use crate::studio::order::{Beside, Changes, Drawn, Order, Source, Wish, scene_of};
+#[cfg(target_family = "wasm")]
+use crate::studio::order::Beside;
+use crate::studio::order::{Changes, Drawn, Opening, Order, Source, Wish, scene_of};
 use crate::studio::places::Places;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use catoptric::methods::{self, Quality};
 use catoptric::tone::Display;
-use clock::Clock;
-use eframe::egui::{self, Context, Key, Ui};
+use eframe::egui::{self, Context, Ui};
 use eframe::egui_wgpu::RenderState;
 use glam::{DVec3, Vec3};
-use hand::{Grip, Tool};
-use navigator::Navigator;
-use shown::{Shown, ShownPicture};
+use state::Choice;
+use state::clock::Clock;
+use state::grip::Tool;
+use state::history::History;
+use state::navigator::Navigator;
+use state::shown::{Shown, ShownPicture};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use take_away::files::{self, Chosen, Saved};
 #[cfg(not(target_family = "wasm"))]
-use take_away::{Errand, Place, Task};
-
-/// What the window begins with.
-#[derive(Clone, Debug)]
-pub struct Start {
-    /// The scene.
-    pub source: Source,
-    /// The method on the left.
-    pub method: String,
-    /// Settings of the method on the left, over the scene's.
-    pub settings: toml::Table,
-    /// The method on the right, if the view is split.
-    pub against: Option<String>,
-    /// Samples a pixel.
-    pub samples: u32,
-    /// The highest number of reflections and refractions on a path; `None`: what the scene needs.
-    pub order: Option<u32>,
-    /// The camera, by name or index.
-    pub camera: Option<String>,
-    /// The panels beside the picture are shown.
-    pub panels: bool,
-    /// Bakes for methods that use them.
-    pub bakes: Vec<PathBuf>,
-    /// The file of the program `catoptric`, which makes reports and bakes; `None` if there is none.
-    pub program: Option<PathBuf>,
-}
-
-/// Something that who embeds a viewer may want to know.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ViewerEvent<'a> {
-    /// A scene is shown: its name.
-    Loaded(&'a str),
-    /// The user was told something: what was left out of a file, or why it cannot be opened or drawn.
-    Message(&'a str),
-    /// A picture has all its pixels and samples.
-    Sharp,
-    /// A report was made: its page.
-    Report(&'a Path),
-}
-
-/// Is told what happens in a viewer.
-pub type Listener = Box<dyn Fn(ViewerEvent<'_>)>;
-
-/// A method chosen for a side, with settings for every method that was ever chosen there.
-#[derive(Clone, Debug)]
-struct Choice {
-    method: String,
-    settings: BTreeMap<String, toml::Table>,
-}
-
-/// The window's state.
-pub struct Viewer {
-    link: Box<dyn Link>,
-    /// The window, once it has been shown.
-    window: Option<Context>,
-    /// The window's device, where pictures may lie.
-    device: Option<RenderState>,
-    start: Start,
-    /// Where the scene that is shown comes from.
-    source: Source,
-    /// Scenes that were asked for and have not come, with the numbers of their loads.
-    asked: BTreeMap<u64, Source>,
-    /// The number of the last load.
-    loads: u64,
-    /// The load that brings the present scene back to a studio that was started again.
-    reopening: Option<u64>,
-    /// Bakes in use.
-    bakes: Vec<PathBuf>,
-    scene: Option<SceneSummary>,
-    navigator: Option<Navigator>,
-    /// Index of the camera that was chosen last, until the user moves.
-    camera: Option<usize>,
-    choices: [Choice; 2],
-    samples: u32,
-    /// `None`: the one that the scene needs.
-    order: Option<u32>,
-    display: Display,
-    /// Where the divider is, from 0 to 1; `None`: the left side alone.
-    divider: Option<f32>,
-    shows_heat: bool,
-    /// What is shown over the left side, as far as its method has it.
-    overlays: BTreeSet<OverlayKind>,
-    changes: Changes,
-    clock: Clock,
-    shows_panels: bool,
-    listener: Option<Listener>,
-    /// What the status line says of the processor.
-    remark: String,
-    /// Files that are being saved.
-    saves: Vec<Saved>,
-    /// The program that makes reports and bakes.
-    #[cfg(not(target_family = "wasm"))]
-    program: Option<PathBuf>,
-    /// What it makes now.
-    #[cfg(not(target_family = "wasm"))]
-    errands: Vec<Errand>,
-    /// Places for what it is to make that are being chosen.
-    #[cfg(not(target_family = "wasm"))]
-    asked_places: Vec<(Task, Place)>,
-    /// A scene that is being chosen.
-    opening: Option<files::Choice>,
-    tool: Tool,
-    grip: Option<Grip>,
-    /// The number of the last order to pick.
-    picks: u64,
-    /// Where the picture is in the window, in points, and its size in pixels.
-    rect: egui::Rect,
-    size: [u32; 2],
-    /// The last wish that was sent.
-    sent: Option<Arc<Wish>>,
-    shown: Shown,
-}
+use std::path::Path;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::TryRecvError;
+#[cfg(target_family = "wasm")]
+use take_away::files;
 
 impl Viewer {
     /// Opens the first scene; `device` is the window's, if the studio draws on it.
@@ -163,6 +62,7 @@ impl Viewer {
             window: None,
             device,
             source: start.source.clone(),
+            opened: Opening::default(),
             asked: BTreeMap::new(),
             loads: 0,
             reopening: None,
@@ -179,7 +79,13 @@ impl Viewer {
             overlays: BTreeSet::new(),
             changes: Changes::default(),
             clock: Clock::default(),
+            clip: None,
             shows_panels: start.panels,
+            is_unfolded: false,
+            is_narrow: false,
+            title: String::new(),
+            history: History::default(),
+            failed: None,
             listener: None,
             remark: String::new(),
             saves: Vec::new(),
@@ -188,10 +94,15 @@ impl Viewer {
             #[cfg(not(target_family = "wasm"))]
             errands: Vec::new(),
             #[cfg(not(target_family = "wasm"))]
-            asked_places: Vec::new(),
+            questions: Vec::new(),
+            #[cfg(not(target_family = "wasm"))]
+            has_dialogues: true,
+            #[cfg(target_family = "wasm")]
             opening: None,
             tool: Tool::Turn,
             grip: None,
+            light_in_hand: None,
+            focus: None,
             picks: 0,
             rect: egui::Rect::NOTHING,
             size: [0, 0],
@@ -308,6 +219,15 @@ impl Viewer {
         self.shown.say(message);
     }
 
+    /// Tells the user what was done.
+    fn note(&mut self, message: impl Into<String>) {
+        let message = message.into();
+        self.tell(ViewerEvent::Message(&message));
+        let now = self.window.as_ref().map_or(0.0, |window| window.input(|input| input.time));
+        self.shown.note(message, now);
+        self.wake_up();
+    }
+
     /// What draws, and why.
     pub fn remarks(&self) -> &str {
         &self.remark
@@ -353,18 +273,25 @@ impl Viewer {
 
     /// What the user was told, the newest last.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
-        self.shown.messages.iter().map(String::as_str)
+        self.shown.messages.iter().map(|message| message.text.as_str())
     }
 
     /// Loads a scene; the one that is shown stays until it is there.
     pub fn open(&mut self, source: Source) {
+        let opening = self.opening_of(&source);
+        self.open_as(source, opening);
+    }
+
+    /// The same, in a certain way.
+    fn open_as(&mut self, source: Source, opening: Opening) {
         self.loads += 1;
-        self.asked.insert(self.loads, source.clone());
-        self.link.send(Order::Load { number: self.loads, source });
+        self.asked.insert(self.loads, (source.clone(), opening.clone()));
+        self.link.send(Order::Load { number: self.loads, source, opening });
         self.wake_up();
     }
 
     /// Opens a file: a scene, or a bake by its extension.
+    #[cfg(not(target_family = "wasm"))]
     fn open_file(&mut self, path: &Path) {
         match path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bake")) {
             true => self.use_bake(path.into()),
@@ -388,21 +315,49 @@ impl Viewer {
     /// Shows everything for a frame of the window.
     pub fn show(&mut self, ui: &mut Ui) {
         self.window.get_or_insert_with(|| {
-            // Pictures look best in the dark.
-            ui.ctx().set_theme(egui::Theme::Dark);
+            theme::set(ui.ctx());
             ui.ctx().clone()
         });
         self.read_news(ui.ctx());
         self.take_dropped_files(ui.ctx());
-        self.read_dialogues();
+        self.follow_saves();
+        #[cfg(target_family = "wasm")]
+        self.follow_opening();
         #[cfg(not(target_family = "wasm"))]
-        self.follow_errands();
+        {
+            self.follow_dialogues();
+            self.follow_errands();
+        }
         self.follow_keys(ui.ctx());
         if self.shows_panels {
             panels::show(self, ui);
         }
         picture::show(self, ui);
+        card::show(self, ui.ctx());
+        #[cfg(not(target_family = "wasm"))]
+        self.show_question(ui.ctx());
+        if !ui.input(|input| input.pointer.any_down()) {
+            self.history.record(&self.changes);
+        }
+        self.name_window(ui.ctx());
         self.send_wish(ui.ctx());
+    }
+
+    /// Has the window's title name what is shown.
+    fn name_window(&mut self, ctx: &Context) {
+        // Titles of pages are the page's.
+        if cfg!(target_family = "wasm") {
+            return;
+        }
+        let name = match &self.scene {
+            Some(_) => self.source.short_name(),
+            None => return,
+        };
+        let title = format!("{name} - catoptric");
+        if self.title != title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
     }
 
     /// Tells the studio what is wanted now, if that has changed.
@@ -421,7 +376,8 @@ impl Viewer {
         let wish = Wish {
             scene: scene.number,
             time: self.clock.time(),
-            changes: self.changes.clone(),
+            clip: self.clip,
+            changes: self.changes_in_force(),
             camera: navigator.camera().clone(),
             size: self.size,
             sides,
@@ -435,6 +391,13 @@ impl Viewer {
             self.sent = Some(wish.clone());
             self.link.wish(wish);
         }
+    }
+
+    /// The user's changes over the roles that the scene was opened with.
+    fn changes_in_force(&self) -> Changes {
+        let mut changes = self.changes.clone();
+        changes.roles.splice(0..0, self.opened.roles.iter().cloned());
+        changes
     }
 
     /// What a side is to show: the scene's settings and the user's over them.
@@ -467,34 +430,33 @@ impl Viewer {
         }
     }
 
-    /// Learns what has become of dialogues about files.
-    fn read_dialogues(&mut self) {
-        use std::sync::mpsc::TryRecvError::Empty;
-        let mut told = Vec::new();
-        self.saves.retain(|save| match save.try_recv() {
-            Ok(Ok(path)) => {
-                told.push(format!("saved {}", path.display()));
-                false
+    /// Learns what has become of files that are saved.
+    fn follow_saves(&mut self) {
+        for save in std::mem::take(&mut self.saves) {
+            match save.try_recv() {
+                Ok(Ok(path)) => self.note(format!("saved to {}", path.display())),
+                Ok(Err(problem)) => self.say(problem),
+                Err(TryRecvError::Empty) => self.saves.push(save),
+                Err(TryRecvError::Disconnected) => {}
             }
-            Ok(Err(problem)) => {
-                told.push(problem);
-                false
-            }
-            Err(error) => error == Empty,
-        });
-        told.into_iter().for_each(|message| self.say(message));
+        }
+    }
+
+    /// Learns what has become of files that are being chosen.
+    #[cfg(target_family = "wasm")]
+    fn follow_opening(&mut self) {
         let Some(opening) = &self.opening else { return };
         match opening.try_recv() {
-            Ok(Ok(Chosen::Path(path))) => self.open_file(&path),
-            Ok(Ok(Chosen::Contents(contents))) => self.open_contents(contents),
+            Ok(Ok(contents)) => self.open_contents(contents),
             Ok(Err(problem)) => self.say(problem),
-            Err(Empty) => return,
-            Err(_) => {}
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => {}
         }
         self.opening = None;
     }
 
     /// Opens that of several files which is a scene.
+    #[cfg(target_family = "wasm")]
     fn open_contents(&mut self, mut contents: Vec<(String, Vec<u8>)>) {
         let Some(scene) = scene_of(contents.iter().map(|(name, _)| name.as_str())) else { return };
         let (name, bytes) = contents.swap_remove(scene);
@@ -502,43 +464,18 @@ impl Viewer {
         self.open(Source::Bytes { name, bytes: bytes.into(), beside });
     }
 
-    fn follow_keys(&mut self, ctx: &Context) {
-        if ctx.egui_wants_keyboard_input() {
-            return;
-        }
-        let pressed = |key: Key| ctx.input(|input| input.key_pressed(key));
-        if pressed(Key::F) {
-            self.frame_all();
-        }
-        if pressed(Key::Space) {
-            self.clock.toggle();
-        }
-        if pressed(Key::P) {
-            self.shows_panels = !self.shows_panels;
-        }
-        if pressed(Key::X) {
-            self.toggle_split();
-        }
-        if pressed(Key::H) {
-            self.toggle_heat();
-        }
-        if pressed(Key::M) {
-            self.tool = if self.tool == Tool::Turn { Tool::Move } else { Tool::Turn };
-        }
-        if pressed(Key::Escape) {
-            self.shown.picked = None;
-        }
-        let digits =
-            [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
-        if let Some(index) = digits.into_iter().position(pressed) {
-            self.take_camera(index);
-        }
-    }
-
     fn frame_all(&mut self) {
         if let (Some(scene), Some(navigator)) = (&self.scene, &mut self.navigator) {
             navigator.frame(&scene.bounds);
             self.camera = None;
+        }
+    }
+
+    fn toggle_panels(&mut self) {
+        if self.shows_panels && self.is_narrow {
+            self.is_unfolded = !self.is_unfolded;
+        } else {
+            self.shows_panels = !self.shows_panels;
         }
     }
 

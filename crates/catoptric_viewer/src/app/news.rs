@@ -1,12 +1,10 @@
 //! Reads what the studio tells.
 
-use super::clock::Clock;
-use super::navigator::Navigator;
-use super::overlay::ShownOverlay;
-use super::shown::{Shown, ShownComparison};
-use super::{Viewer, ViewerEvent};
+use super::state::overlay::ShownOverlay;
+use super::state::shown::{Failed, Shown, ShownComparison};
+use super::state::{Viewer, ViewerEvent};
 use crate::studio::news::{Compared, News, SceneSummary};
-use crate::studio::order::{Changes, Order};
+use crate::studio::order::{Changes, Opening, Order};
 use eframe::egui::{ColorImage, Context, TextureOptions};
 
 /// What users are asked to do again once drawing has stopped.
@@ -28,7 +26,9 @@ impl Viewer {
                 }
                 News::Loaded(summary) => self.take_scene(*summary),
                 News::NotLoaded { number, problem } => {
-                    self.asked.remove(&number);
+                    if let Some((source, _)) = self.asked.remove(&number) {
+                        self.failed = Some(Failed { name: source.word(), reason: problem.clone() });
+                    }
                     self.say(problem);
                     match self.reopening {
                         Some(reopening) if reopening == number => self.reopening = None,
@@ -70,6 +70,7 @@ impl Viewer {
                     if let Some(picked) = self.shown.picked.as_mut().filter(|picked| picked.number == number) {
                         picked.path = path;
                     }
+                    self.turn_about_picked(number);
                 }
             }
         }
@@ -92,18 +93,23 @@ impl Viewer {
         }
         if self.scene.is_some() {
             // One of them may be why it has failed.
-            for source in lost.into_values() {
+            for (source, _) in lost.into_values() {
                 self.say(format!("`{}` was not opened because of that; please open it again", source.word()));
             }
             self.reopen();
-        } else if let Some((_, source)) = lost.pop_last() {
-            self.open(source);
+        } else if let Some((_, (source, opening))) = lost.pop_last() {
+            self.open_as(source, opening);
         }
     }
 
     /// Loads the scene that is shown, which keeps its changes and its camera.
     fn reopen(&mut self) {
-        self.open(self.source.clone());
+        self.light(self.opened.clone());
+    }
+
+    /// Opens the scene that is shown in another way, in other light for instance; its changes and its camera stay.
+    pub(super) fn light(&mut self, opening: Opening) {
+        self.open_as(self.source.clone(), opening);
         self.reopening = Some(self.loads);
     }
 
@@ -114,7 +120,9 @@ impl Viewer {
             return;
         }
         if self.reopening.take() == Some(summary.number) {
-            self.asked.remove(&summary.number);
+            if let Some((_, opened)) = self.asked.remove(&summary.number) {
+                self.opened = opened;
+            }
             (self.sent, self.scene) = (None, Some(summary));
         } else {
             self.begin_scene(summary);
@@ -126,29 +134,14 @@ impl Viewer {
         // Those before it will not come any more.
         let later = self.asked.split_off(&(summary.number + 1));
         if let Some(source) = std::mem::replace(&mut self.asked, later).remove(&summary.number) {
-            self.source = source;
+            (self.source, self.opened) = source;
         }
         self.shown = Shown::default();
         summary.warnings.iter().for_each(|warning| self.say(warning.as_str()));
-        self.changes = Changes::default();
-        self.clock = Clock::begin(summary.duration);
-        let wanted = self.start.camera.take();
-        let by_name = |wanted: &String| {
-            let named =
-                summary.cameras.iter().position(|camera| camera.name == *wanted || camera.other_name == *wanted);
-            named.or_else(|| wanted.parse().ok())
-        };
-        let index = wanted.as_ref().and_then(by_name).filter(|index| *index < summary.cameras.len());
-        if let (Some(wanted), None) = (&wanted, index) {
-            self.say(format!("there is no camera `{wanted}`; shown is the first one"));
-        }
-        self.display = summary.display;
-        let index = index.unwrap_or(0);
-        if let Some(camera) = summary.cameras.get(index) {
-            self.navigator = Some(Navigator::new(camera.clone(), &summary.bounds));
-        }
+        (self.changes, self.history, self.failed) = (Changes::default(), Default::default(), None);
+        self.begin_view(&summary);
         self.tell(ViewerEvent::Loaded(&summary.name));
-        (self.camera, self.sent, self.scene) = (Some(index), None, Some(summary));
+        (self.sent, self.scene) = (None, Some(summary));
     }
 
     fn put_comparison(&mut self, ctx: &Context, compared: Compared) {

@@ -1,17 +1,21 @@
 //! The picture, and what the hand does on it.
 
-use super::Viewer;
-use super::hand::Tool;
 use super::marks;
-use super::shown::ShownPicture;
+use super::state::Viewer;
+use super::state::grip::Tool;
+use super::state::shown::ShownPicture;
+use super::words::{caption, cut_middle, width_of};
 use eframe::egui::{
-    Align2, Color32, Context, CursorIcon, FontId, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
+    Align2, Color32, Context, CursorIcon, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
     TextureId, Ui, pos2, vec2,
 };
 use glam::{Vec2, Vec3};
 
 /// The half width of the zone in which the divider is taken, in points.
 const DIVIDER_REACH: f32 = 6.0;
+
+/// Seconds for which it is said what was done.
+const NOTED_SECONDS: f64 = 4.0;
 
 /// Sizes of the scene that a key flies in a second.
 const FLIGHT_A_SECOND: f32 = 0.35;
@@ -38,9 +42,27 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
         steer(viewer, ui, &response, rect);
     }
     paint(viewer, ui, rect, divider);
-    // Where no panel says it.
-    if let Some(message) = viewer.shown.messages.back().filter(|_| !viewer.shows_panels) {
-        caption(ui, rect.left_bottom() + vec2(8.0, -8.0), Align2::LEFT_BOTTOM, message);
+    say(viewer, ui, rect);
+}
+
+/// What is said over the picture: what was done a moment ago, what is in the hand, and what is wrong where no panel
+/// says it.
+fn say(viewer: &Viewer, ui: &Ui, rect: Rect) {
+    let now = ui.input(|input| input.time);
+    let noted = viewer.shown.noted.as_ref().filter(|(_, at)| now - at < NOTED_SECONDS);
+    let held = viewer.held().map(|(name, by)| format!("`{name}` moved by {:.3}, {:.3}, {:.3}", by.x, by.y, by.z));
+    let loading = || viewer.asked.values().next_back().map(|(source, _)| format!("opening {}", source.short_name()));
+    let has_panel = viewer.shows_panels && (!viewer.is_narrow || viewer.is_unfolded);
+    if let Some((text, at)) = noted {
+        let text = cut_middle(text, (rect.width() / 8.0).max(12.0) as usize);
+        caption(ui, rect.center_bottom() + vec2(0.0, -12.0), Align2::CENTER_BOTTOM, &text);
+        ui.ctx().request_repaint_after_secs((at + NOTED_SECONDS - now).max(0.0) as f32);
+    } else if let Some(text) = held {
+        caption(ui, rect.center_bottom() + vec2(0.0, -12.0), Align2::CENTER_BOTTOM, &text);
+    } else if let Some(text) = loading().filter(|_| viewer.shown.pictures[0].is_none()) {
+        caption(ui, rect.center(), Align2::CENTER_CENTER, &text);
+    } else if let Some(message) = viewer.shown.messages.back().filter(|_| !has_panel && viewer.failed.is_none()) {
+        caption(ui, rect.left_bottom() + vec2(8.0, -8.0), Align2::LEFT_BOTTOM, &message.text);
     }
 }
 
@@ -96,13 +118,20 @@ fn steer(viewer: &mut Viewer, ui: &Ui, response: &Response, rect: Rect) {
         viewer.camera = None;
     }
     if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
-        viewer.pick(at, rect, scale);
+        match response.double_clicked() {
+            true => viewer.focus_at(at, rect, scale),
+            false => drop(viewer.pick(at, rect, scale)),
+        }
     }
 }
 
 /// Flies as long as keys are held: W, A, S, D, and Q and E for down and up; faster with shift.
 fn fly(viewer: &mut Viewer, ctx: &Context) {
     if ctx.egui_wants_keyboard_input() {
+        return;
+    }
+    // Ctrl+S saves, and does not fly.
+    if ctx.input(|input| input.modifiers.command) {
         return;
     }
     let Some(navigator) = &mut viewer.navigator else { return };
@@ -138,7 +167,9 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
     let Some(x) = divider else {
         path_lines(viewer, ui, rect);
         marks::paint(viewer, ui, rect);
-        return label(ui, rect, Align2::LEFT_TOP, left.as_ref(), &viewer.choices[0].method);
+        let text = label(left.as_ref(), &viewer.choices[0].method);
+        caption(ui, rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, &text);
+        return;
     };
     let right_part = Rect::from_min_max(pos2(x, rect.top()), rect.max);
     painter.rect_filled(right_part, 0.0, Color32::BLACK);
@@ -150,36 +181,51 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
         image(compared.texture.id(), right_part);
         let text = format!("FLIP {:.4}   off by > 0.1: {:.3} %", compared.flip_mean, compared.over_0_1 * 100.0);
         caption(ui, pos2(rect.right() - 8.0, rect.bottom() - 8.0), Align2::RIGHT_BOTTOM, &text);
+    } else if viewer.shows_heat {
+        let text = heat_in_the_making(viewer, right.as_ref());
+        caption(ui, right_part.center_bottom() - vec2(0.0, 36.0), Align2::CENTER_BOTTOM, &text);
     }
     path_lines(viewer, ui, rect);
     marks::paint(viewer, ui, rect);
     painter.vline(x, rect.y_range(), Stroke::new(2.0, Color32::WHITE));
     let grip = Rect::from_center_size(pos2(x, rect.center().y), vec2(10.0, 36.0));
     painter.rect(grip, 4.0, Color32::WHITE, Stroke::new(1.0, Color32::BLACK), StrokeKind::Inside);
-    label(ui, rect, Align2::LEFT_TOP, left.as_ref(), &viewer.choices[0].method);
-    label(ui, rect, Align2::RIGHT_TOP, right.as_ref(), &viewer.choices[1].method);
+    let texts = [left, right].into_iter().zip(&viewer.choices);
+    let [left, right] = [0, 1].map(|side| {
+        texts.clone().nth(side).map(|(picture, choice)| label(picture.as_ref(), &choice.method)).unwrap_or_default()
+    });
+    let placed = caption(ui, rect.left_top() + vec2(8.0, 8.0), Align2::LEFT_TOP, &left);
+    // Side by side where there is room, else one below the other.
+    let lower = if placed.width() + width_of(ui, &right) + 32.0 > rect.width() { placed.height() + 4.0 } else { 0.0 };
+    caption(ui, rect.right_top() + vec2(-8.0, 8.0 + lower), Align2::RIGHT_TOP, &right);
 }
 
-/// The method's name in a corner, with what the picture is like.
-fn label(ui: &Ui, rect: Rect, corner: Align2, picture: Option<&ShownPicture>, method: &str) {
-    let text = match picture {
+/// What the heat map waits for.
+fn heat_in_the_making(viewer: &Viewer, right: Option<&ShownPicture>) -> String {
+    let stage = viewer.shown.busy.as_ref().map(|(stage, share)| match share {
+        Some(share) => format!("{stage}, {:.0} %", share * 100.0),
+        None => stage.clone(),
+    });
+    match (stage, right) {
+        (Some(stage), _) => format!("heat map: {stage}"),
+        (None, Some(picture)) if !picture.is_whole => {
+            format!("heat map: once both sides are sharp; the right one has {} samples", picture.samples)
+        }
+        _ if viewer.is_sharp() => "heat map: comparing both sides".into(),
+        _ => "heat map: once both sides are sharp".into(),
+    }
+}
+
+/// The method's name, with what the picture is like.
+fn label(picture: Option<&ShownPicture>, method: &str) -> String {
+    match picture {
         Some(picture) if picture.is_whole => method.to_owned(),
         Some(picture) => {
             let [width, height] = picture.size;
             format!("{method}, {width}x{height}, {} samples", picture.samples)
         }
         None => format!("{method} ..."),
-    };
-    let at = corner.pos_in_rect(&rect.shrink(8.0));
-    caption(ui, at, corner, &text);
-}
-
-/// Text that can be read on any picture.
-pub(super) fn caption(ui: &Ui, at: Pos2, align: Align2, text: &str) {
-    let galley = ui.painter().layout_no_wrap(text.into(), FontId::proportional(14.0), Color32::WHITE);
-    let place = align.anchor_size(at, galley.size());
-    ui.painter().rect_filled(place.expand(3.0), 3.0, Color32::from_black_alpha(150));
-    ui.painter().galley(place.min, galley, Color32::WHITE);
+    }
 }
 
 /// The path that was picked, as it stands in space, seen by the camera.

@@ -1,20 +1,18 @@
 //! The program in a window of the desktop.
 
+mod args;
 mod program;
 
-use catoptric::methods;
+use args::{BackendChoice, Wanted};
 use catoptric_viewer::app::{Start, StudioThread, Viewer, ViewerEvent};
 use catoptric_viewer::memory;
 use catoptric_viewer::studio::Gpu;
-use catoptric_viewer::studio::order::Source;
-use clap::{Parser, ValueEnum};
 use eframe::UserEvent;
 use eframe::egui;
 use eframe::egui_wgpu::{RenderState, WgpuSetup};
 use softbuffer_painter::winit::event_loop::EventLoop;
 use softbuffer_painter::winit::platform::run_on_demand::EventLoopExtRunOnDemand;
 use std::cell::RefCell;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -23,77 +21,17 @@ use std::time::Instant;
 const NO_DRIVER: &str = "no graphics driver that can draw in this window (on Debian one for all machines is in \
                          mesa-vulkan-drivers, with libvulkan1)";
 
-/// A scene in a window: drag a mirror ball, and compare methods with the ray-traced truth.
-#[derive(Parser)]
-#[command(version, max_term_width = 100)]
-#[command(
-    after_help = "Examples:\n  catoptric_viewer scene.glb\n  catoptric_viewer builtin:vase --against reference\n\n\
-    Reports and bakes are made by the program `catoptric`: the file that CATOPTRIC_PROGRAM names, else the one beside \
-    this program, else the first on PATH."
-)]
-struct Args {
-    /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
-    #[arg(value_name = "SCENE", default_value = "builtin:sphere_room")]
-    scene: String,
-    /// The method
-    #[arg(long, value_name = "ID", default_value = "auto")]
-    method: String,
-    /// A second method to compare with, in a split view
-    #[arg(long, value_name = "ID")]
-    against: Option<String>,
-    /// A camera of the scene, by name or index
-    #[arg(long, value_name = "NAME or INDEX")]
-    camera: Option<String>,
-    /// Antialiasing samples a pixel
-    #[arg(long, value_name = "N", default_value = "4", value_parser = samples)]
-    samples: u32,
-    /// Highest number of reflections and refractions on a path [default: what the scene needs]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(0..=16))]
-    order: Option<u32>,
-    /// Processor that draws
-    #[arg(long, value_enum, default_value = "auto")]
-    backend: BackendChoice,
-    /// The GPU, by a part of its name [default: the best]
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
-    /// A bake, for a method that uses it (repeat); `Bake...` makes some
-    #[arg(long, value_name = "FILE")]
-    baked: Vec<PathBuf>,
-    /// Draw the window, too, on the processor, which needs no graphics driver
-    #[arg(long, conflicts_with = "adapter")]
-    software: bool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum BackendChoice {
-    /// A real GPU, else the CPU
-    Auto,
-    Cpu,
-    /// A GPU, or a driver that draws on the processor
-    Gpu,
-}
-
-fn samples(text: &str) -> Result<u32, String> {
-    let counts = catoptric::raster::SAMPLE_COUNTS;
-    let count = text.parse().ok().filter(|count| counts.contains(count));
-    count.ok_or_else(|| format!("allowed are {}", counts.map(|count| count.to_string()).join(", ")))
-}
-
 /// Reads the command line and shows the window.
 pub(super) fn main() -> ExitCode {
     memory::keep_little();
-    let args = Args::parse();
-    for id in [Some(&args.method), args.against.as_ref()].into_iter().flatten() {
-        if let Err(error) = methods::find(id) {
-            eprintln!("error: {error}");
+    let wanted = match args::read() {
+        Ok(wanted) => wanted,
+        Err(problem) => {
+            eprintln!("error: {problem}\n\nFor more information, try '--help'.");
             return ExitCode::from(2);
         }
-    }
-    if args.software && args.backend == BackendChoice::Gpu {
-        eprintln!("error: a window drawn by the processor (--software) has no GPU for --backend gpu");
-        return ExitCode::from(2);
-    }
-    match run(args) {
+    };
+    match run(wanted) {
         Ok(()) => ExitCode::SUCCESS,
         Err(problem) => {
             eprintln!("error: {problem}");
@@ -102,26 +40,14 @@ pub(super) fn main() -> ExitCode {
     }
 }
 
-fn run(args: Args) -> Result<(), String> {
-    let Args { scene, method, against, camera, samples, order, backend, adapter, baked, software } = args;
-    let start = Start {
-        source: Source::of_word(&scene),
-        method,
-        settings: toml::Table::new(),
-        against,
-        samples,
-        order,
-        camera,
-        panels: true,
-        bakes: baked,
-        program: program::find(),
-    };
+fn run(wanted: Wanted) -> Result<(), String> {
+    let Wanted { start, size, backend, adapter, is_software } = wanted;
     let mut event_loop = EventLoop::with_user_event().build().map_err(|error| format!("no window: {error}"))?;
-    let remark = if software {
+    let remark = if is_software {
         "window drawn by the processor, as asked"
     } else {
         let is_needed = backend == BackendChoice::Gpu || adapter.is_some();
-        match on_device(&mut event_loop, backend, adapter, start.clone())? {
+        match on_device(&mut event_loop, size, (backend, adapter), start.clone())? {
             Outcome::Shown => return Ok(()),
             Outcome::NoDevice(problem) if is_needed => return Err(problem),
             Outcome::NoDevice(problem) => eprintln!("{problem}; the window is drawn by the processor"),
@@ -134,7 +60,7 @@ fn run(args: Args) -> Result<(), String> {
         viewer.remark(remark);
         move |ui: &mut egui::Ui| viewer.show(ui)
     };
-    softbuffer_painter::run(&mut event_loop, wake_up, viewport(), make).map_err(|error| error.to_string())
+    softbuffer_painter::run(&mut event_loop, wake_up, viewport(size), make).map_err(|error| error.to_string())
 }
 
 /// An event without content, which wakes the window up.
@@ -144,8 +70,8 @@ fn wake_up() -> UserEvent {
 }
 
 /// The window as it is asked for.
-fn viewport() -> egui::ViewportBuilder {
-    egui::ViewportBuilder::default().with_inner_size([1440.0, 860.0]).with_title("catoptric")
+fn viewport(size: [u32; 2]) -> egui::ViewportBuilder {
+    egui::ViewportBuilder::default().with_inner_size(size.map(|length| length as f32)).with_title("catoptric")
 }
 
 /// A studio that wakes up a window.
@@ -173,11 +99,11 @@ enum Outcome {
 /// Shows the window on a device, if there is one that can draw on it.
 fn on_device(
     event_loop: &mut EventLoop<UserEvent>,
-    backend: BackendChoice,
-    adapter: Option<String>,
+    size: [u32; 2],
+    (backend, adapter): (BackendChoice, Option<String>),
     start: Start,
 ) -> Result<Outcome, String> {
-    let mut options = eframe::NativeOptions { viewport: viewport(), ..Default::default() };
+    let mut options = eframe::NativeOptions { viewport: viewport(size), ..Default::default() };
     let missing = Arc::new(Mutex::new(NO_DRIVER.to_owned()));
     if let (Some(name), WgpuSetup::CreateNew(setup)) = (adapter, &mut options.wgpu_options.wgpu_setup) {
         let missing = missing.clone();

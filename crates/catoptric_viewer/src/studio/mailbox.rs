@@ -154,6 +154,7 @@ mod tests {
         Wish {
             scene: 1,
             time: 0.0,
+            clip: None,
             changes,
             camera,
             size: [8, 8],
@@ -176,7 +177,7 @@ mod tests {
         assert!(matches!(mailbox.take(Some(Duration::from_millis(1))), Mail::Nothing));
         for number in [3, 4] {
             let source = super::super::order::Source::Builtin("vase".into());
-            mailbox.send(Order::Load { number, source });
+            mailbox.send(Order::Load { number, source, opening: Default::default() });
         }
         assert!(matches!(mailbox.take(None), Mail::Order(Order::Load { number: 4, .. })));
         assert!(matches!(mailbox.take(Some(Duration::ZERO)), Mail::Nothing));

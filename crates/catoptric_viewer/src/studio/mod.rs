@@ -25,7 +25,7 @@ use catoptric_bake::Shelf;
 use drawing::{Fineness, OnItsWay, Outcome, OverlayMaker, Side, Tools};
 use mailbox::Mail;
 use news::{News, Overlaid, Picture};
-use order::{Order, Source, Wish};
+use order::{Opening, Order, Source, Wish};
 use places::{PlaceSearch, ReadyMethods, SearchedScene};
 use stage::Stage;
 use std::path::Path;
@@ -128,7 +128,7 @@ impl Studio {
     pub fn turn(&mut self, patience: Option<Duration>) -> Turn {
         match self.mailbox.take(patience) {
             Mail::Closed => return Turn::Over,
-            Mail::Order(Order::Load { number, source }) => self.load(number, &source),
+            Mail::Order(Order::Load { number, source, opening }) => self.load(number, &source, &opening),
             Mail::Order(Order::UseBake { path }) => self.use_bake(&path),
             Mail::Order(Order::Pick { number, position_px }) => self.pick(number, position_px),
             Mail::Wish(wish) => self.begin(wish),
@@ -143,9 +143,9 @@ impl Studio {
         }
     }
 
-    fn load(&mut self, number: u64, source: &Source) {
+    fn load(&mut self, number: u64, source: &Source, opening: &Opening) {
         (self.tell)(News::Busy { stage: format!("loading {}", source.word()), share: None });
-        match Stage::load(number, source) {
+        match Stage::load(number, source, opening) {
             Ok((stage, summary)) => {
                 // Before the window can wish for anything of it.
                 self.sides.iter_mut().for_each(Side::clear);

@@ -30,6 +30,15 @@ pub struct ObjectSummary {
     pub bounds: Aabb,
 }
 
+/// An animation of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClipSummary {
+    /// Its name; may be empty.
+    pub name: String,
+    /// The time of its last key, in seconds.
+    pub duration: f32,
+}
+
 /// What a scene holds.
 #[derive(Clone, Debug)]
 pub struct SceneSummary {
@@ -43,8 +52,8 @@ pub struct SceneSummary {
     pub objects: Vec<ObjectSummary>,
     /// Number of triangles.
     pub triangles: usize,
-    /// The last time of its animations in seconds; 0 without any.
-    pub duration: f32,
+    /// Its animations.
+    pub clips: Vec<ClipSummary>,
     /// The box around everything at time 0.
     pub bounds: Aabb,
     /// Settings of methods that the file brings along.
@@ -53,6 +62,8 @@ pub struct SceneSummary {
     pub warnings: Vec<String>,
     /// Where its origin lies in the coordinates of its file.
     pub origin: DVec3,
+    /// Light comes from infinity.
+    pub has_environment: bool,
     /// The order that it needs.
     pub order_needed: u32,
     /// What shows it well from its first camera.
@@ -61,6 +72,14 @@ pub struct SceneSummary {
     pub automatic_stops: f32,
     /// The time that loading took, in milliseconds.
     pub load_ms: f64,
+}
+
+impl SceneSummary {
+    /// The last time of an animation, or of all; 0 without any.
+    pub fn duration(&self, clip: Option<usize>) -> f32 {
+        let played = self.clips.iter().enumerate().filter(|(index, _)| clip.is_none_or(|clip| clip == *index));
+        played.map(|(_, clip)| clip.duration).fold(0.0, f32::max)
+    }
 }
 
 /// A picture of one side.

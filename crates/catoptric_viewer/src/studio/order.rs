@@ -7,7 +7,7 @@ use catoptric::scene::edits::{Look, LookRule, MoveRule};
 use catoptric::scene::roles::RoleRule;
 use catoptric::scene::{Camera, PoseOptions, Role};
 use catoptric::tone::Display;
-use catoptric_scenes::import::Resolver;
+use catoptric_scenes::import::{EnvironmentEdit, Resolver};
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -67,6 +67,15 @@ impl Source {
         }
     }
 
+    /// Its name without folders and parameters.
+    pub fn short_name(&self) -> String {
+        match self {
+            Self::Builtin(spec) => spec.split('?').next().unwrap_or(spec).into(),
+            Self::File(path) => path.file_name().map_or_else(|| self.word(), |name| name.display().to_string()),
+            Self::Bytes { name, .. } => name.clone(),
+        }
+    }
+
     /// The word that stands for it.
     pub fn word(&self) -> String {
         match self {
@@ -75,6 +84,25 @@ impl Source {
             Self::Bytes { name, .. } => name.clone(),
         }
     }
+}
+
+/// How a scene is opened: what is wanted over its files, and choices among what they have several of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Opening {
+    /// Light from infinity in place of the scene's own, by name or file.
+    pub environment: Option<PathBuf>,
+    /// How the environment is turned and scaled.
+    pub environment_edit: EnvironmentEdit,
+    /// The variant of a glTF file's materials.
+    pub variant: Option<String>,
+    /// Files that a scene names may lie anywhere.
+    pub allow_outside: bool,
+    /// What lets light pass and has no volume is glass all through.
+    pub has_solid_glass: bool,
+    /// Nothing casts shadows.
+    pub lacks_shadows: bool,
+    /// Roles over the scene's own; later ones win.
+    pub roles: Vec<RoleChange>,
 }
 
 /// A method with its settings and quality: what is drawn on one side of the divider.
@@ -91,7 +119,7 @@ pub struct Drawn {
 /// A role given to everything of a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoleChange {
-    /// The node's or material's name.
+    /// The node's or material's name, or a glob.
     pub name: String,
     /// The role; `Lens` with its index of refraction.
     pub role: Role,
@@ -108,6 +136,12 @@ pub struct Changes {
     pub looks: BTreeMap<String, Look>,
     /// Ways in the world.
     pub moves: BTreeMap<String, Vec3>,
+}
+
+impl From<&RoleRule> for RoleChange {
+    fn from(rule: &RoleRule) -> Self {
+        Self { name: rule.pattern().into(), role: rule.role(), ior: rule.ior() }
+    }
 }
 
 impl Changes {
@@ -138,6 +172,8 @@ pub struct Wish {
     pub scene: u64,
     /// Time in the scene's animations, seconds.
     pub time: f32,
+    /// The index of the animation that plays alone; `None`: all that the scene plays.
+    pub clip: Option<usize>,
     /// What is different from the file.
     pub changes: Changes,
     /// The camera.
@@ -170,7 +206,7 @@ impl Wish {
 
     /// True if both look at the same things from the same place.
     pub fn sees_same(&self, other: &Self) -> bool {
-        let seen = |wish: &'_ Self| (wish.scene, wish.time);
+        let seen = |wish: &'_ Self| (wish.scene, wish.time, wish.clip);
         seen(self) == seen(other) && (&self.changes, &self.camera) == (&other.changes, &other.camera)
     }
 }
@@ -184,6 +220,8 @@ pub enum Order {
         number: u64,
         /// Where it is.
         source: Source,
+        /// How it is opened.
+        opening: Opening,
     },
     /// Use a bake wherever it fits, from now on.
     UseBake {

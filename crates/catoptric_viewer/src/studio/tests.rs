@@ -1,7 +1,7 @@
 //! The studio turn by turn, without a thread and without a window.
 
 use super::news::{Compared, News, Picture, SceneSummary};
-use super::order::{Beside, Changes, Drawn, Order, RoleChange, Source, Wish};
+use super::order::{Beside, Changes, Drawn, Opening, Order, RoleChange, Source, Wish};
 use super::*;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
@@ -33,7 +33,11 @@ impl Bench {
     /// One with a scene.
     fn with_scene() -> (Self, SceneSummary) {
         let mut bench = Self::new();
-        bench.mailbox.send(Order::Load { number: 1, source: Source::Builtin(SCENE.into()) });
+        bench.mailbox.send(Order::Load {
+            number: 1,
+            source: Source::Builtin(SCENE.into()),
+            opening: Default::default(),
+        });
         bench.turn();
         let summary = bench.all().into_iter().find_map(|news| match news {
             News::Loaded(summary) => Some(*summary),
@@ -80,6 +84,7 @@ fn wish(camera: &Camera, methods: &[&str]) -> Wish {
     Wish {
         scene: 1,
         time: 0.0,
+        clip: None,
         changes,
         camera,
         size,
@@ -235,7 +240,7 @@ fn overlays_are_made_at_rest_and_pictures_stay() {
 fn what_cannot_be_loaded_or_drawn_is_told_in_words() {
     let (mut bench, summary) = Bench::with_scene();
     let broken = Source::Bytes { name: "broken.glb".into(), bytes: vec![1, 2, 3].into(), beside: Beside::default() };
-    bench.mailbox.send(Order::Load { number: 2, source: broken });
+    bench.mailbox.send(Order::Load { number: 2, source: broken, opening: Default::default() });
     bench.turn();
     let told = bench.all();
     let problem = told.iter().find_map(|news| match news {
@@ -334,9 +339,12 @@ fn what_goes_over_the_wire_arrives() {
     let named = [("a.bin".to_owned(), vec![4, 5]), ("b.png".to_owned(), vec![6])];
     let with_others = Beside(Arc::new(named.into()));
     let source = Source::Bytes { name: "a.glb".into(), bytes: vec![1, 2, 3].into(), beside: with_others.clone() };
-    let load = Order::Load { number: 3, source };
+    let roles = vec![RoleChange { name: "B*".into(), role: Role::Lens, ior: Some(1.4) }];
+    let opened = Opening { environment: Some("sky".into()), lacks_shadows: true, roles, ..Opening::default() };
+    let load = Order::Load { number: 3, source, opening: opened.clone() };
     match wire::read_request(wire::request(&wire::Request::Order(load)).unwrap()).unwrap() {
-        wire::Request::Order(Order::Load { number: 3, source: Source::Bytes { name, bytes, beside } }) => {
+        wire::Request::Order(Order::Load { number: 3, source: Source::Bytes { name, bytes, beside }, opening }) => {
+            assert_eq!(opening, opened);
             assert_eq!((name.as_str(), &*bytes, beside), ("a.glb", &[1, 2, 3][..], with_others));
         }
         other => panic!("{other:?}"),
@@ -382,7 +390,7 @@ fn files_that_come_together_find_each_other() {
     let load = |beside: Beside| {
         let mut bench = Bench::new();
         let source = Source::Bytes { name: "ball.obj".into(), bytes: object.as_bytes().into(), beside };
-        bench.mailbox.send(Order::Load { number: 1, source });
+        bench.mailbox.send(Order::Load { number: 1, source, opening: Default::default() });
         bench.turn();
         bench.all()
     };

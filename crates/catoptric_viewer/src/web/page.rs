@@ -3,10 +3,12 @@
 use super::accessible::Accessible;
 use super::line::WorkerLine;
 use catoptric::scene::Projection;
-use catoptric_viewer::app::{Start, Viewer, ViewerEvent, read_settings};
-use catoptric_viewer::studio::order::{Beside, Source};
+use catoptric_scenes::ENVIRONMENT_NAMES;
+use catoptric_viewer::app::{FirstView, Start, Viewer, ViewerEvent, read_settings};
+use catoptric_viewer::studio::order::{Beside, Opening, Source};
 use eframe::{WebOptions, WebRunner};
 use js_sys::{Function, Reflect};
+use std::path::PathBuf;
 use wasm_bindgen::prelude::wasm_bindgen;
 use wasm_bindgen::{JsError, JsValue};
 use web_sys::HtmlCanvasElement;
@@ -179,6 +181,15 @@ fn text(options: &JsValue, key: &str) -> Option<String> {
     Reflect::get(options, &key.into()).ok()?.as_string().filter(|text| !text.is_empty())
 }
 
+/// The light from infinity that is wanted: workers read no files, so it has a name.
+fn environment(options: &JsValue) -> Result<Option<PathBuf>, JsError> {
+    let Some(name) = text(options, "environment") else { return Ok(None) };
+    match ENVIRONMENT_NAMES.contains(&name.as_str()) {
+        true => Ok(Some(name.into())),
+        false => Err(JsError::new(&format!("`environment` must be one of: {}", ENVIRONMENT_NAMES.join(", ")))),
+    }
+}
+
 fn read_start(options: &JsValue) -> Result<Start, JsError> {
     let content = Reflect::get(options, &"content".into()).ok().filter(JsValue::is_object);
     let content = content.map(|content| js_sys::Uint8Array::new(&content).to_vec());
@@ -207,7 +218,8 @@ fn read_start(options: &JsValue) -> Result<Start, JsError> {
         against,
         samples,
         order,
-        camera: text(options, "camera"),
+        opening: Opening { environment: environment(options)?, ..Opening::default() },
+        view: FirstView { camera: text(options, "camera"), ..FirstView::default() },
         panels: text(options, "panels").as_deref() != Some("off"),
         bakes: Vec::new(),
         program: None,

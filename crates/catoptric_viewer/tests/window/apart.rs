@@ -25,7 +25,11 @@ impl Bench {
         let tell = Arc::new(move |news| sender.lock().unwrap().send(news).unwrap());
         let studio = Studio::new(mailbox.clone(), tell, Some(Gpu::apart(Context::new(None).unwrap())));
         let mut bench = Self { studio, mailbox, news };
-        bench.mailbox.send(Order::Load { number: 1, source: Source::Builtin(SCENE.into()) });
+        bench.mailbox.send(Order::Load {
+            number: 1,
+            source: Source::Builtin(SCENE.into()),
+            opening: Default::default(),
+        });
         bench.turn();
         bench
     }
@@ -64,6 +68,7 @@ fn wish(methods: &[&str], eye_up: f32) -> Wish {
     Wish {
         scene: 1,
         time: 0.0,
+        clip: None,
         changes,
         camera,
         size: [97, 64],
@@ -115,6 +120,10 @@ pub(crate) fn draws_without_waiting() {
     bench.mailbox.wish(Arc::new(wish(&["environment_map"], 0.0)));
     bench.turn();
     bench.turn();
-    bench.mailbox.send(Order::Load { number: 2, source: Source::Builtin("planar_mirror".into()) });
+    bench.mailbox.send(Order::Load {
+        number: 2,
+        source: Source::Builtin("planar_mirror".into()),
+        opening: Default::default(),
+    });
     assert!(bench.pictures().is_empty());
 }

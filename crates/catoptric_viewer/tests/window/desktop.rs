@@ -100,7 +100,7 @@ impl Desktop {
         let children = self.connection.query_tree(self.root).unwrap().reply().unwrap().children;
         let is_named = |window: &Window| {
             let name = self.connection.get_property(false, *window, AtomEnum::WM_NAME, AtomEnum::ANY, 0, 99).unwrap();
-            name.reply().is_ok_and(|name| name.value == b"catoptric")
+            name.reply().is_ok_and(|name| name.value.ends_with(b"catoptric"))
         };
         children.into_iter().find(is_named).unwrap()
     }

@@ -10,8 +10,9 @@
 mod apart;
 #[cfg(target_os = "linux")]
 mod desktop;
+mod documents;
 mod errands;
-mod film;
+mod first_minute;
 mod hand;
 mod overlays;
 mod painted;
@@ -29,7 +30,8 @@ fn main() {
     let mut trials = hand::trials();
     trials.extend(random::trials());
     trials.extend(screen::trials());
-    trials.extend(film::trials());
+    trials.extend(documents::trials());
+    trials.extend(first_minute::trials());
     trials.extend(errands::trials());
     #[cfg(target_os = "linux")]
     trials.extend(desktop::trials());

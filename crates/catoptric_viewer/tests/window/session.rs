@@ -12,6 +12,7 @@ use catoptric_viewer::app::{StudioThread, Viewer};
 use catoptric_viewer::studio::Gpu;
 use catoptric_viewer::studio::order::{Source, Wish};
 use eframe::egui_wgpu::RenderState;
+use egui::{Event, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::Queryable;
 use egui_kittest::wgpu::WgpuTestRenderer;
 use egui_kittest::{Harness, TestRenderer};
@@ -45,7 +46,8 @@ pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
         against: against.map(str::to_owned),
         samples: 4,
         order: Some(2),
-        camera: None,
+        opening: Default::default(),
+        view: Default::default(),
         panels: true,
         bakes: Vec::new(),
         program: crate::errands::PROGRAM.as_ref().ok().cloned(),
@@ -83,6 +85,21 @@ pub(crate) fn open_woken(
     let mut session = builder.build_ui_state(|ui, viewer: &mut Viewer| viewer.show(ui), viewer);
     settle(&mut session, Viewer::is_sharp);
     session
+}
+
+/// Lets some frames go by: panels open slowly.
+pub(crate) fn steps(session: &mut Session, count: usize) {
+    (0..count).for_each(|_| session.step());
+}
+
+/// Clicks into the window.
+pub(crate) fn click(session: &mut Session, pos: Pos2) {
+    session.event(Event::PointerMoved(pos));
+    for pressed in [true, false] {
+        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+        session.event(Event::PointerButton { pos, button, pressed, modifiers });
+        session.step();
+    }
 }
 
 /// Lets time go on until something is so.

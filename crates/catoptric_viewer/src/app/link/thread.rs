@@ -96,7 +96,11 @@ mod tests {
     use std::time::Duration;
 
     fn load(thread: &StudioThread, number: u64) {
-        thread.send(Order::Load { number, source: Source::Builtin("sphere_room?tess=16".into()) });
+        thread.send(Order::Load {
+            number,
+            source: Source::Builtin("sphere_room?tess=16".into()),
+            opening: Default::default(),
+        });
     }
 
     /// The first news of a kind.

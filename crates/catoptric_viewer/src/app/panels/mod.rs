@@ -1,50 +1,78 @@
 //! The panels beside the picture.
 
+mod light;
 mod objects;
 mod overlays;
 mod places;
 mod times;
 
-use super::hand::Tool;
-use super::take_away::{self, files};
-use super::{Viewer, settings};
+use super::state::Viewer;
+use super::state::grip::Tool;
+use super::state::shortcuts;
+use super::words::{LETTERS, cut_middle};
+use super::{settings, take_away, theme};
+use crate::studio::news::ClipSummary;
 use crate::studio::order::Source;
-use catoptric::tone::ToneCurve;
 use catoptric_scenes::builtin;
 use eframe::egui::{
-    CollapsingHeader, Color32, ComboBox, DragValue, Grid, Panel, ProgressBar, RichText, ScrollArea, Sense, Slider, Ui,
-    vec2,
+    Button, CollapsingHeader, ComboBox, DragValue, Grid, Label, Panel, ProgressBar, Rect, RichText, ScrollArea, Slider,
+    Spinner, Ui, UiBuilder, vec2,
 };
 
 /// The least width of the panels, in points.
 const NARROWEST: f32 = 220.0;
 
-/// Shows the panels.
+/// Windows narrower than this have no room for panels beside the picture.
+const ROOM_FOR_BOTH: f32 = 560.0;
+
+/// The height of the line below the picture, in points; where fingers press its button, and elsewhere.
+const STATUS_HEIGHT: [f32; 2] = [40.0, 26.0];
+
+/// The share of a narrow window that unfolded panels take.
+const SHARE_UNFOLDED: f32 = 0.5;
+
+/// Shows the panels: beside the picture, or below it in narrow windows, where they are folded at first. Nothing that
+/// comes and goes in them changes the picture's size.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    Panel::bottom("status").show(ui, |ui| status(viewer, ui));
-    // Whoever pulls at its edge still sees something of the picture.
-    let widest = (ui.available_width() * 0.7).max(NARROWEST);
-    Panel::left("controls").default_size(300.0).min_size(NARROWEST).max_size(widest).show(ui, |ui| {
-        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            ui.spacing_mut().slider_width = 90.0;
-            scene(viewer, ui);
-            view(viewer, ui);
-            method(viewer, ui);
-            split(viewer, ui);
-            overlays::show(viewer, ui);
-            objects::picked(viewer, ui);
-            places::show(viewer, ui);
-            objects::list(viewer, ui);
-            take_away::show(viewer, ui);
-            times::show(viewer, ui);
-        });
-    });
+    let size = ui.available_size();
+    viewer.is_narrow = size.x < ROOM_FOR_BOTH;
+    let status_height = STATUS_HEIGHT[usize::from(!viewer.is_narrow)];
+    Panel::bottom("status").exact_size(status_height).show(ui, |ui| status(viewer, ui));
+    if !viewer.is_narrow {
+        // Whoever pulls at its edge still sees something of the picture.
+        let widest = (size.x * 0.7).max(NARROWEST);
+        let panel = Panel::left("controls").default_size(300.0).min_size(NARROWEST).max_size(widest);
+        panel.show(ui, |ui| sections(viewer, ui));
+    } else if viewer.is_unfolded {
+        Panel::bottom("controls below").exact_size(size.y * SHARE_UNFOLDED).show(ui, |ui| sections(viewer, ui));
+    }
 }
 
-/// A square of a colour, for legends.
-fn swatch(ui: &mut Ui, color: Color32) {
-    let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-    ui.painter().rect_filled(rect, 2.0, color);
+fn sections(viewer: &mut Viewer, ui: &mut Ui) {
+    // What is too wide is scrolled, and does not push the picture aside.
+    ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
+        ui.spacing_mut().slider_width = 90.0;
+        let width = ui.available_width();
+        let all: [fn(&mut Viewer, &mut Ui); 12] = [
+            scene,
+            objects::picked,
+            |viewer, ui| places::show(viewer, ui),
+            view,
+            light::show,
+            method,
+            split,
+            take_away::show,
+            objects::list,
+            overlays::show,
+            |viewer, ui| times::show(viewer, ui),
+            |_, ui| theme::choice(ui),
+        ];
+        for section in all {
+            // Texts are broken where the panel ends, however wide the section before was.
+            let place = Rect::from_min_size(ui.cursor().min, vec2(width, f32::INFINITY));
+            ui.scope_builder(UiBuilder::new().max_rect(place), |ui| section(viewer, ui));
+        }
+    });
 }
 
 fn scene(viewer: &mut Viewer, ui: &mut Ui) {
@@ -53,28 +81,51 @@ fn scene(viewer: &mut Viewer, ui: &mut Ui) {
         let shown = viewer.source.word();
         ui.horizontal(|ui| {
             let name = ui.label("scene").id;
-            let list = ComboBox::from_id_salt(name).selected_text(shown).width(180.0).show_ui(ui, |ui| {
+            let list = ComboBox::from_id_salt(name).selected_text(cut_middle(&shown, LETTERS)).width(180.0);
+            let list = list.truncate().show_ui(ui, |ui| {
                 for info in builtin::all() {
                     if ui.selectable_label(false, info.name).on_hover_text(info.summary).clicked() {
                         chosen = Some(Source::Builtin(info.name.into()));
                     }
                 }
             });
-            list.response.labelled_by(name);
+            list.response.labelled_by(name).on_hover_text(&shown);
         });
         if let Some(source) = chosen {
             viewer.open(source);
         }
-        if ui.button("Open...").clicked() && viewer.opening.is_none() {
-            viewer.opening = Some(files::open());
-        }
-        ui.weak("or drop .glb, .gltf, .obj, .ply, .stl or .toml here, with the files that it names");
+        opener(viewer, ui);
         if let Some(scene) = &viewer.scene {
             ui.label(format!("{} objects, {} triangles", scene.objects.len(), scene.triangles));
         }
         for message in viewer.shown.messages.iter().rev().take(4) {
-            ui.label(RichText::new(message).color(Color32::from_rgb(240, 170, 60)));
+            match message.is_done {
+                true => ui.label(message.text.as_str()),
+                false => ui.colored_label(ui.visuals().warn_fg_color, message.text.as_str()),
+            };
         }
+    });
+}
+
+/// The button that opens files.
+fn opener(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        let about = format!(
+            "A scene (.glb, .gltf, .obj, .ply, .stl, .toml) or a bake ({})",
+            ui.ctx().format_shortcut(&shortcuts::OPEN)
+        );
+        if ui.button("Open...").on_hover_text(about).clicked() {
+            take_away::open(viewer);
+        }
+        #[cfg(not(target_family = "wasm"))]
+        if viewer.has_dialogue() {
+            let about = "A dialogue was asked for; if none is to be seen, type the path here";
+            if ui.button("Type the path").on_hover_text(about).clicked() {
+                viewer.give_dialogues_up();
+            }
+        }
+        let about = "A .glb, .gltf, .obj, .ply, .stl or .toml file, with the files that it names";
+        ui.weak("or drop files here").on_hover_text(about);
     });
 }
 
@@ -101,6 +152,7 @@ fn view(viewer: &mut Viewer, ui: &mut Ui) {
         if let Some(index) = chosen {
             viewer.take_camera(index);
         }
+        clips(viewer, ui);
         if viewer.clock.duration() > 0.0 {
             ui.horizontal(|ui| {
                 let button = if viewer.clock.plays() { "Pause" } else { "Play" };
@@ -118,34 +170,39 @@ fn view(viewer: &mut Viewer, ui: &mut Ui) {
             ui.selectable_value(&mut viewer.tool, Tool::Turn, "turn the view").on_hover_text("M changes");
             ui.selectable_value(&mut viewer.tool, Tool::Move, "move objects").on_hover_text("M changes");
         });
-        display(viewer, ui);
-        let help =
-            "drag: turn; shift or middle button: shift; right button: look around; wheel: nearer; W A S D Q E: fly";
-        ui.weak(help);
+        let dragging = match viewer.tool {
+            Tool::Turn => "drag: turn; double click: turn about that point; Shift+drag: pan",
+            Tool::Move => "drag an object: move it across the view; Shift+drag: pan",
+        };
+        ui.weak(format!("{dragging}; right button: look around; wheel: nearer; W A S D Q E: fly"));
     });
 }
 
-/// The exposure and the tone curve.
-fn display(viewer: &mut Viewer, ui: &mut Ui) {
-    let automatic = viewer.scene.as_ref().map(|scene| scene.automatic_stops);
-    let display = &mut viewer.display;
+/// The animations, of which one may play alone.
+fn clips(viewer: &mut Viewer, ui: &mut Ui) {
+    let Some(scene) = viewer.scene.as_ref().filter(|scene| !scene.clips.is_empty()) else { return };
+    let named = |(index, clip): (usize, &ClipSummary)| match clip.name.as_str() {
+        "" => format!("{index} ({:.1} s)", clip.duration),
+        name => format!("{name} ({:.1} s)", clip.duration),
+    };
+    let names: Vec<String> = scene.clips.iter().enumerate().map(named).collect();
+    let all = format!("as the file plays ({:.1} s)", scene.duration(None));
+    let shown = viewer.clip.and_then(|index| names.get(index)).unwrap_or(&all);
+    let mut chosen = viewer.clip;
     ui.horizontal(|ui| {
-        let name = ui.label("exposure").id;
-        let stops = DragValue::new(&mut display.exposure_stops).range(-16.0..=16.0).speed(0.05).suffix(" EV");
-        ui.add(stops.max_decimals(2)).labelled_by(name);
-        let about = "the exposure that makes the first view of middle brightness";
-        if let (true, Some(stops)) = (ui.button("fit").on_hover_text(about).clicked(), automatic) {
-            display.exposure_stops = stops;
-        }
-        let name = ui.label("tone").id;
-        let shown = |curve: ToneCurve| if curve == ToneCurve::None { "linear" } else { curve.name() };
-        let list = ComboBox::from_id_salt(name).selected_text(shown(display.curve)).width(70.0).show_ui(ui, |ui| {
-            for (curve, _) in ToneCurve::NAMES {
-                ui.selectable_value(&mut display.curve, curve, shown(curve));
+        let name = ui.label("animation").id;
+        let list = ComboBox::from_id_salt(name).selected_text(shown).width(180.0).truncate().show_ui(ui, |ui| {
+            let about = "All at once, but for those that move what an earlier one moves";
+            ui.selectable_value(&mut chosen, None, &all).on_hover_text(about);
+            for (index, name) in names.iter().enumerate() {
+                ui.selectable_value(&mut chosen, Some(index), name);
             }
         });
         list.response.labelled_by(name);
     });
+    if chosen != viewer.clip {
+        viewer.choose_clip(chosen);
+    }
 }
 
 fn camera_name((index, camera): (usize, &catoptric::scene::Camera)) -> String {
@@ -222,24 +279,31 @@ fn split(viewer: &mut Viewer, ui: &mut Ui) {
     });
 }
 
-fn status(viewer: &Viewer, ui: &mut Ui) {
-    ui.horizontal(|ui| {
-        let now = ui.ctx().input(|input| input.time);
-        if let Some(picture) = &viewer.shown.pictures[0] {
-            let frames = viewer.shown.frames_a_second(now);
-            let moving = if frames > 2.0 { format!("{frames} frames a second, ") } else { String::new() };
-            ui.label(format!("{moving}{:.0} ms, {}", picture.frame_ms, picture.processor));
+fn status(viewer: &mut Viewer, ui: &mut Ui) {
+    ui.horizontal_centered(|ui| {
+        if viewer.is_narrow {
+            let text = if viewer.is_unfolded { "Close" } else { "Controls" };
+            if ui.add(Button::new(text).min_size(vec2(88.0, 32.0))).clicked() {
+                viewer.toggle_panels();
+            }
         }
+        let now = ui.ctx().input(|input| input.time);
         if let Some((stage, share)) = &viewer.shown.busy {
             match share {
-                Some(share) => drop(ui.add(ProgressBar::new(*share).desired_width(120.0))),
-                None => drop(ui.spinner()),
+                Some(share) => drop(ui.add(ProgressBar::new(*share).desired_width(80.0).desired_height(12.0))),
+                None => drop(ui.add(Spinner::new().size(14.0))),
             }
-            ui.weak(stage);
+            let words = RichText::new(cut_middle(stage, 2 * LETTERS)).weak();
+            ui.add(Label::new(words).truncate()).on_hover_text(stage);
         }
-        if viewer.scene.is_none() {
-            ui.weak("no scene yet");
+        let mut words = Vec::new();
+        if let Some(picture) = &viewer.shown.pictures[0] {
+            let frames = viewer.shown.frames_a_second(now);
+            words.extend((frames > 2.0).then(|| format!("{frames} frames a second")));
+            words.push(format!("{:.0} ms, {}", picture.frame_ms, picture.processor));
         }
-        ui.weak(viewer.remark.as_str());
+        words.extend(viewer.scene.is_none().then(|| "no scene yet".into()));
+        words.extend((!viewer.remark.is_empty()).then(|| viewer.remark.clone()));
+        ui.add(Label::new(RichText::new(words.join("; ")).weak()).truncate());
     });
 }

@@ -1,11 +1,11 @@
 //! Objects: what was picked, with its role and look, and the list of all.
 
-use super::super::Viewer;
+use super::super::state::{Viewer, shortcuts};
 use crate::studio::news::ObjectSummary;
 use crate::studio::order::{Changes, RoleChange};
 use catoptric::optics::path::bundle::BounceKind;
 use catoptric::scene::Role;
-use eframe::egui::{CollapsingHeader, Grid, ScrollArea, Slider, TextStyle, Ui};
+use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Slider, TextStyle, Ui};
 use glam::Vec3;
 
 /// What was picked: the path's table, and the role of what is seen.
@@ -83,12 +83,13 @@ fn look(viewer: &mut Viewer, ui: &mut Ui, key: &str, summary: &ObjectSummary, ro
     ui.horizontal_wrapped(|ui| {
         let name = ui.label("colour").id;
         ui.color_edit_button_rgb(&mut color).labelled_by(name);
+        if viewer.changes.looks.contains_key(key) && ui.small_button("reset").clicked() {
+            viewer.changes.looks.remove(key);
+        }
+        ui.end_row();
         if matches!(role, Role::Reflector | Role::Coated) || own.roughness.is_some() {
             let most = if role == Role::Diffuse { 1.0 } else { 0.5 };
             ui.add(Slider::new(&mut roughness, 0.0..=most).text("roughness"));
-        }
-        if viewer.changes.looks.contains_key(key) && ui.small_button("reset").clicked() {
-            viewer.changes.looks.remove(key);
         }
     });
     let mut changed = known;
@@ -103,6 +104,22 @@ fn look(viewer: &mut Viewer, ui: &mut Ui, key: &str, summary: &ObjectSummary, ro
     }
 }
 
+/// Buttons that take changes back.
+fn undo(viewer: &mut Viewer, ui: &mut Ui) {
+    let has_changes = !viewer.changes.is_empty();
+    let undo = ui.add_enabled(viewer.history.can_undo(), Button::new("Undo"));
+    if undo.on_hover_text(ui.ctx().format_shortcut(&shortcuts::UNDO)).clicked() {
+        viewer.undo();
+    }
+    let redo = ui.add_enabled(viewer.history.can_redo(), Button::new("Redo"));
+    if redo.on_hover_text(ui.ctx().format_shortcut(&shortcuts::REDO)).clicked() {
+        viewer.redo();
+    }
+    if ui.add_enabled(has_changes, Button::new("Undo all changes")).clicked() {
+        viewer.changes = Changes::default();
+    }
+}
+
 /// All objects with their roles.
 pub(super) fn list(viewer: &mut Viewer, ui: &mut Ui) {
     let Some(scene) = &viewer.scene else { return };
@@ -110,9 +127,9 @@ pub(super) fn list(viewer: &mut Viewer, ui: &mut Ui) {
         .zip(&scene.objects)
         .map(|(index, object)| (index, object.name.clone(), object.material.clone(), object.role))
         .collect();
-    CollapsingHeader::new("Objects").show(ui, |ui| {
+    CollapsingHeader::new("Objects").default_open(true).show(ui, |ui| {
         let height = ui.text_style_height(&TextStyle::Body);
-        ScrollArea::vertical().id_salt("objects").max_height(200.0).show_rows(ui, height, rows.len(), |ui, range| {
+        ScrollArea::vertical().id_salt("objects").max_height(110.0).show_rows(ui, height, rows.len(), |ui, range| {
             for (_, name, material, role) in &rows[range] {
                 let changed =
                     viewer.changes.roles.iter().rfind(|change| change.name == *name || change.name == *material);
@@ -120,8 +137,6 @@ pub(super) fn list(viewer: &mut Viewer, ui: &mut Ui) {
                 ui.label(format!("{name} ({material}): {}", role.name()));
             }
         });
-        if !viewer.changes.is_empty() && ui.button("Undo all changes").clicked() {
-            viewer.changes = Changes::default();
-        }
+        ui.horizontal(|ui| undo(viewer, ui));
     });
 }

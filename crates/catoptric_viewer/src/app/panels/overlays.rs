@@ -1,8 +1,8 @@
 //! Overlays to choose from.
 
-use super::super::Viewer;
-use super::super::overlay::color_of;
-use super::swatch;
+use super::super::state::Viewer;
+use super::super::state::overlay::color_of;
+use super::super::theme::swatch;
 use catoptric::methods;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
 use eframe::egui::{CollapsingHeader, Ui};

@@ -1,8 +1,8 @@
 //! Where the picked point appears by other methods, as a table.
 
-use super::super::Viewer;
 use super::super::marks::{OF_TRUTH, color_of, offset};
-use super::swatch;
+use super::super::state::Viewer;
+use super::super::theme::swatch;
 use eframe::egui::{CollapsingHeader, Grid, Ui};
 
 /// The table, if something was picked in the picture that is shown.
@@ -11,7 +11,7 @@ pub(super) fn show(viewer: &Viewer, ui: &mut Ui) {
     let help = "Where the end of the picked path appears in the same reflectors by methods that map points to places \
                 in the picture, and how far that is from the truth, the exact specular path";
     let header = CollapsingHeader::new("By other methods").default_open(true).show(ui, |ui| {
-        Grid::new("places").num_columns(3).striped(true).show(ui, |ui| {
+        Grid::new("places").num_columns(3).min_col_width(16.0).striped(true).show(ui, |ui| {
             swatch(ui, OF_TRUTH);
             ui.label("truth").on_hover_text(match places.is_solved {
                 true => "The specular path, solved exactly",

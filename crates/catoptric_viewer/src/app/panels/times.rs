@@ -1,12 +1,13 @@
 //! The times of frames.
 
-use super::super::Viewer;
-use super::super::shown::{FrameTimes, HISTORY};
+use super::super::state::Viewer;
+use super::super::state::shown::{FrameTimes, HISTORY};
+use super::super::theme::swatch;
 use eframe::egui::{Align2, CollapsingHeader, Color32, FontId, Grid, Rect, Sense, Ui, ecolor::Hsva, pos2, vec2};
 
 /// The times of the last frames as stacked bars, and a table of the last one.
 pub(super) fn show(viewer: &Viewer, ui: &mut Ui) {
-    CollapsingHeader::new("Times").default_open(true).show(ui, |ui| {
+    CollapsingHeader::new("Times").show(ui, |ui| {
         let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 70.0), Sense::hover());
         let painter = ui.painter_at(rect);
         painter.rect_filled(rect, 2.0, ui.visuals().extreme_bg_color);
@@ -25,12 +26,15 @@ pub(super) fn show(viewer: &Viewer, ui: &mut Ui) {
             Align2::LEFT_TOP,
             text,
             FontId::proportional(11.0),
-            Color32::GRAY,
+            ui.visuals().weak_text_color(),
         );
         let Some(picture) = &viewer.shown.pictures[0] else { return };
         Grid::new("stages").num_columns(2).show(ui, |ui| {
             for (name, ms) in &picture.report.stages_ms {
-                ui.colored_label(color_of(name), *name);
+                ui.horizontal(|ui| {
+                    swatch(ui, color_of(name));
+                    ui.label(*name);
+                });
                 ui.label(format!("{ms:.2} ms"));
                 ui.end_row();
             }

@@ -1,7 +1,7 @@
 //! The command line that makes the same picture.
 
-use super::super::Viewer;
-use crate::studio::order::{Drawn, RoleChange, Source, Wish};
+use super::super::state::Viewer;
+use crate::studio::order::{Drawn, Opening, RoleChange, Source, Wish};
 use catoptric::methods::Quality;
 use catoptric::output::shell_word;
 use catoptric::scene::{Projection, Role};
@@ -25,7 +25,8 @@ pub(super) fn of(viewer: &Viewer) -> Result<String, String> {
     }
     let camera = viewer.camera.filter(|_| viewer.scene.as_ref().is_some_and(|scene| scene.cameras.len() > 1));
     let origin = viewer.scene.as_ref().map_or(DVec3::ZERO, |scene| scene.origin);
-    let words = words((wish, origin), &viewer.source.word(), camera, viewer.camera.is_some())?;
+    let mut words = words((wish, origin), &viewer.source.word(), camera, viewer.camera.is_some())?;
+    words.splice(3..3, opening(&viewer.opened, wish.clip));
     Ok(words.iter().map(|word| shell_word(word)).collect::<Vec<_>>().join(" "))
 }
 
@@ -75,6 +76,26 @@ fn words(
     words.extend(display(wish.display));
     words.extend(["-o", "picture.png"].map(String::from));
     Ok(words)
+}
+
+/// The options for how a scene was opened, but for roles, which are among the changes, and for what it plays.
+fn opening(opened: &Opening, clip: Option<usize>) -> Vec<String> {
+    let Opening { environment, environment_edit: edit, variant, allow_outside, .. } = opened;
+    let mut words: Vec<String> = Vec::new();
+    words.extend(environment.iter().map(|path| format!("--environment={}", path.display())));
+    words.extend(edit.rotation_deg.map(|degrees| format!("--environment-rotation={degrees}")));
+    words.extend(edit.strength.map(|factor| format!("--environment-strength={factor}")));
+    words.extend(variant.iter().map(|name| format!("--variant={name}")));
+    words.extend(allow_outside.then(|| "--allow-outside".into()));
+    words.extend(clip.map(|index| format!("--animation={index}")));
+    words.extend(beside_scene_file(opened));
+    words
+}
+
+/// The options for what scene files do not say of how a scene was opened.
+pub(super) fn beside_scene_file(opened: &Opening) -> Vec<String> {
+    let glass = opened.has_solid_glass.then(|| "--thin-glass=solid".into());
+    glass.into_iter().chain(opened.lacks_shadows.then(|| "--shadows=off".into())).collect()
 }
 
 /// The options for a method and its settings.

@@ -1,36 +1,25 @@
 //! Files to be saved and opened. Dialogues run beside the window, which goes on.
 
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, Sender, channel};
+#[cfg(target_family = "wasm")]
+use super::super::state::file::{Choice, Contents};
+use super::super::state::file::{Make, Saved};
+#[cfg(target_family = "wasm")]
+use std::path::Path;
+use std::path::PathBuf;
+#[cfg(target_family = "wasm")]
+use std::sync::mpsc::Sender;
+use std::sync::mpsc::channel;
 
-/// Makes a file's content, told the path where it will be.
-pub(super) type Make = Box<dyn FnOnce(&Path) -> Result<Vec<u8>, String> + Send>;
-
-/// A scene that was chosen.
-#[derive(Clone, Debug)]
-pub(in crate::app) enum Chosen {
-    /// A file on this machine.
-    #[cfg_attr(target_family = "wasm", expect(dead_code, reason = "browsers show no paths"))]
-    Path(PathBuf),
-    /// Names and contents of files.
-    #[cfg_attr(not(target_family = "wasm"), expect(dead_code, reason = "paths tell more"))]
-    Contents(Vec<(String, Vec<u8>)>),
-}
-
-/// What becomes of a file that is saved: its path, or a problem; nothing if the user has changed their mind.
-pub(in crate::app) type Saved = Receiver<Result<PathBuf, String>>;
-
-/// What becomes of a choice: a scene or a problem; nothing if the user has changed their mind.
-pub(in crate::app) type Choice = Receiver<Result<Chosen, String>>;
-
-/// Asks where to save a file, and saves it.
-pub(super) fn save(name: &str, extension: &'static str, make: Make) -> Saved {
+/// Saves a file where the browser does.
+#[cfg(target_family = "wasm")]
+pub(super) fn save(name: &str, make: Make) -> Saved {
     let (sender, saved) = channel();
-    system::save(name, extension, make, sender);
+    system::save(name, make, sender);
     saved
 }
 
 /// Asks for a scene to be opened.
+#[cfg(target_family = "wasm")]
 pub(in crate::app) fn open() -> Choice {
     let (sender, choice) = channel();
     system::open(sender);
@@ -53,7 +42,7 @@ pub(in crate::app) fn read_dropped(files: Vec<eframe::egui::DroppedFileHandle>) 
 #[cfg(target_family = "wasm")]
 async fn gather<Read: Future<Output = Result<Vec<u8>, String>>>(
     files: impl Iterator<Item = (String, Read)>,
-    done: Sender<Result<Chosen, String>>,
+    done: Sender<Result<Contents, String>>,
 ) {
     let mut contents = Ok(Vec::new());
     for (name, read) in files {
@@ -64,49 +53,35 @@ async fn gather<Read: Future<Output = Result<Vec<u8>, String>>>(
         }
     }
     // The window may be gone by then.
-    let _ = done.send(contents.map(Chosen::Contents));
+    let _ = done.send(contents);
 }
 
+/// Makes a file's content and writes it, whole or not at all, beside the window.
 #[cfg(not(target_family = "wasm"))]
-mod system {
-    use super::{Chosen, Make, Path, PathBuf, Sender};
+pub(super) fn write(path: PathBuf, make: Make, window: Option<eframe::egui::Context>) -> Saved {
     use std::io::Write;
-
-    pub(super) fn save(name: &str, extension: &'static str, make: Make, done: Sender<Result<PathBuf, String>>) {
-        let dialogue = rfd::FileDialog::new().set_file_name(name).add_filter(extension, &[extension]);
-        let write = move |path: &Path| {
-            let content = make(path)?;
-            let written = catoptric::output::write_file(path, |writer| writer.write_all(&content));
-            written.map_err(|error| error.to_string())
-        };
-        std::thread::spawn(move || {
-            if let Some(path) = dialogue.save_file() {
-                // The window may be gone by then.
-                let _ = done.send(write(&path).map(|()| path));
-            }
+    let (sender, saved) = channel();
+    std::thread::spawn(move || {
+        let written = make(&path).and_then(|content| {
+            let written = catoptric::output::write_file(&path, |writer| writer.write_all(&content));
+            written.map_err(|error| format!("{error}; choose another place"))
         });
-    }
-
-    pub(super) fn open(done: Sender<Result<Chosen, String>>) {
-        let dialogue = rfd::FileDialog::new()
-            .add_filter("scenes and bakes", &["glb", "gltf", "obj", "ply", "stl", "toml", "bake"]);
-        std::thread::spawn(move || {
-            if let Some(path) = dialogue.pick_file() {
-                let _ = done.send(Ok(Chosen::Path(path)));
-            }
-        });
-    }
+        // The window may be gone by then.
+        let _ = sender.send(written.map(|()| path));
+        window.iter().for_each(eframe::egui::Context::request_repaint);
+    });
+    saved
 }
 
 #[cfg(target_family = "wasm")]
 mod system {
-    use super::{Chosen, Make, Path, PathBuf, Sender};
+    use super::{Contents, Make, Path, PathBuf, Sender};
     use js_sys::{Array, Uint8Array};
     use wasm_bindgen::prelude::Closure;
     use wasm_bindgen::{JsCast, JsValue};
     use wasm_bindgen_futures::JsFuture;
 
-    pub(super) fn save(name: &str, _extension: &'static str, make: Make, done: Sender<Result<PathBuf, String>>) {
+    pub(super) fn save(name: &str, make: Make, done: Sender<Result<PathBuf, String>>) {
         let path = Path::new(name);
         let words = |_: JsValue| format!("the browser does not save `{name}`");
         let saved = make(path).and_then(|content| download(name, &content).map_err(words));
@@ -126,14 +101,14 @@ mod system {
         web_sys::Url::revoke_object_url(&url)
     }
 
-    pub(super) fn open(done: Sender<Result<Chosen, String>>) {
+    pub(super) fn open(done: Sender<Result<Contents, String>>) {
         if choose(done.clone()).is_err() {
             let _ = done.send(Err("the browser shows no dialogue; drop a file onto the picture to open it".into()));
         }
     }
 
     /// Shows the browser's dialogue.
-    fn choose(done: Sender<Result<Chosen, String>>) -> Result<(), JsValue> {
+    fn choose(done: Sender<Result<Contents, String>>) -> Result<(), JsValue> {
         let document = web_sys::window().and_then(|window| window.document()).ok_or(JsValue::NULL)?;
         let input: web_sys::HtmlInputElement = document.create_element("input")?.unchecked_into();
         input.set_type("file");

@@ -1,21 +1,26 @@
 //! What is taken out of the window: pictures, commands, scenes.
 
+#[cfg(not(target_family = "wasm"))]
+mod ask;
 mod command;
 #[cfg(not(target_family = "wasm"))]
 mod errand;
 pub(super) mod files;
 mod scene_file;
 
-use super::Viewer;
+#[cfg(not(target_family = "wasm"))]
+use super::state::errand::Task;
+use super::state::file::Make;
+#[cfg(not(target_family = "wasm"))]
+use super::state::question::Purpose;
+use super::state::{Viewer, shortcuts};
 use catoptric::picture::{PictureFormat, encode, encode_rgb8};
 use eframe::egui::{CollapsingHeader, Ui};
-#[cfg(not(target_family = "wasm"))]
-pub(super) use errand::{Errand, Place, Task};
 use glam::DVec3;
 
 /// Buttons that save and copy.
 pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
-    CollapsingHeader::new("Take away").show(ui, |ui| {
+    CollapsingHeader::new("Export").default_open(true).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
             let is_sharp = viewer.shown.pictures[0].as_ref().is_some_and(|picture| picture.is_whole);
             let save = |ui: &mut Ui, name: &str| {
@@ -28,13 +33,19 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
                     save_picture(viewer, kind);
                 }
             }
-            if ui.button("Save scene").on_hover_text("A .toml file: the scene with all changes and this view").clicked()
-            {
+            let about = format!(
+                "A .toml file: the scene with all changes and this view ({})",
+                ui.ctx().format_shortcut(&shortcuts::SAVE)
+            );
+            if ui.button("Save scene").on_hover_text(about).clicked() {
                 save_scene(viewer);
             }
             if ui.button("Copy command").on_hover_text("The command line that makes the same picture").clicked() {
                 match command::of(viewer) {
-                    Ok(line) => ui.ctx().copy_text(line),
+                    Ok(line) => {
+                        viewer.note(format!("copied: {line}"));
+                        ui.ctx().copy_text(line);
+                    }
                     Err(problem) => viewer.say(problem),
                 }
             }
@@ -56,14 +67,16 @@ fn errands(viewer: &mut Viewer, ui: &mut Ui) {
         let hindrance = viewer.hindrance(task);
         let button = ui.add_enabled(hindrance.is_none(), eframe::egui::Button::new(name)).on_hover_text(about);
         if button.on_disabled_hover_text(hindrance.unwrap_or_default()).clicked() {
-            viewer.ask_for_errand(task);
+            viewer.ask(Purpose::Task(task));
         }
     }
 }
 
 /// Saves the left side's picture.
-fn save_picture(viewer: &mut Viewer, kind: &'static str) {
-    let Some(picture) = &viewer.shown.pictures[0] else { return };
+pub(super) fn save_picture(viewer: &mut Viewer, kind: &'static str) {
+    let Some(picture) = viewer.shown.pictures[0].as_ref().filter(|picture| picture.is_whole) else {
+        return viewer.say("the picture can be saved once it is sharp: wait a moment");
+    };
     let (linear, rgba, [width, height]) = (picture.linear.clone(), picture.rgba.clone(), picture.size);
     let make = move |path: &std::path::Path| {
         let content = match (PictureFormat::from_path(path), linear) {
@@ -76,12 +89,39 @@ fn save_picture(viewer: &mut Viewer, kind: &'static str) {
         };
         content.map_err(|error| format!("{}: {error}", path.display()))
     };
-    viewer.saves.push(files::save(&format!("picture.{kind}"), kind, Box::new(make)));
+    save(viewer, format!("picture.{kind}"), kind, Box::new(make));
 }
 
-fn save_scene(viewer: &mut Viewer) {
-    let (Some(wish), source) = (viewer.sent.clone(), viewer.source.clone()) else { return };
+/// Saves the scene with all changes.
+pub(super) fn save_scene(viewer: &mut Viewer) {
+    let (Some(wish), source, opened) = (viewer.sent.clone(), viewer.source.clone(), viewer.opened.clone()) else {
+        return;
+    };
     let origin = viewer.scene.as_ref().map_or(DVec3::ZERO, |scene| scene.origin);
-    let make = move |path: &std::path::Path| scene_file::text((&wish, origin), &source, path).map(String::into_bytes);
-    viewer.saves.push(files::save("scene.toml", "toml", Box::new(make)));
+    let make = move |path: &std::path::Path| {
+        scene_file::text((&wish, origin), (&source, &opened), path).map(String::into_bytes)
+    };
+    save(viewer, "scene.toml".into(), "toml", Box::new(make));
+}
+
+/// Asks where to save a file, and saves it.
+#[cfg(not(target_family = "wasm"))]
+fn save(viewer: &mut Viewer, name: String, extension: &'static str, make: Make) {
+    viewer.ask(Purpose::Save { name, extension, make });
+}
+
+/// Saves a file where the browser does.
+#[cfg(target_family = "wasm")]
+fn save(viewer: &mut Viewer, name: String, _extension: &'static str, make: Make) {
+    viewer.saves.push(files::save(&name, make));
+}
+
+/// Asks for a scene, and opens it.
+pub(super) fn open(viewer: &mut Viewer) {
+    #[cfg(not(target_family = "wasm"))]
+    viewer.ask(Purpose::Open);
+    #[cfg(target_family = "wasm")]
+    {
+        viewer.opening = Some(files::open());
+    }
 }

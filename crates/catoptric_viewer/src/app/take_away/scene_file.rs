@@ -1,7 +1,8 @@
 //! The scene with its changes as a scene file.
 
-use crate::studio::order::{Source, Wish};
+use crate::studio::order::{Opening, Source, Wish};
 use catoptric::scene::{Projection, Role};
+use catoptric_scenes::named_environment;
 use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
@@ -11,9 +12,14 @@ use toml::{Table, Value};
 ///
 /// # Errors
 /// Scenes that are no files.
-pub(in crate::app) fn text((wish, origin): (&Wish, DVec3), source: &Source, path: &Path) -> Result<String, String> {
+pub(in crate::app) fn text(
+    (wish, origin): (&Wish, DVec3),
+    (source, opened): (&Source, &Opening),
+    path: &Path,
+) -> Result<String, String> {
     let mut file = Table::new();
     file.insert("base".into(), Value::String(base(source, path)?));
+    environment(&mut file, opened, path);
     if let Projection::Perspective { fov_y } = wish.camera.projection {
         let place = &wish.camera.world_from_camera;
         let eye = Vec3::from(place.translation);
@@ -59,6 +65,22 @@ pub(in crate::app) fn text((wish, origin): (&Wish, DVec3), source: &Source, path
     toml::to_string(&file).map_err(|error| error.to_string())
 }
 
+/// The light and the variant with which a scene was opened.
+fn environment(file: &mut Table, opened: &Opening, path: &Path) {
+    let Opening { environment, environment_edit: edit, variant, .. } = opened;
+    if let Some(environment) = environment {
+        let is_name = named_environment(&environment.to_string_lossy()).is_some();
+        let word = if is_name { environment.to_string_lossy().into_owned() } else { beside(environment, path) };
+        file.insert("environment".into(), Value::String(word));
+    }
+    let mut put = |key: &str, number: Option<f64>| {
+        number.map(|number| file.insert(key.into(), Value::Float(number)));
+    };
+    put("environment_rotation_deg", edit.rotation_deg);
+    put("environment_strength", edit.strength);
+    file.extend(variant.iter().map(|name| ("variant".into(), Value::String(name.clone()))));
+}
+
 /// A number with the fewest digits that are it.
 fn number(value: f32) -> Value {
     Value::Float(value.to_string().parse().unwrap_or(f64::from(value)))
@@ -83,10 +105,15 @@ fn base(source: &Source, path: &Path) -> Result<String, String> {
         Source::Bytes { name, .. } => return Err(format!("`{name}` came from elsewhere: save it as a file first")),
         Source::File(file) => file,
     };
+    Ok(beside(file, path))
+}
+
+/// The name of a file in another one: relative where it lies beside or beneath that.
+fn beside(file: &Path, path: &Path) -> String {
     let whole = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let (file, folder) = (whole(file), whole(path).parent().map(PathBuf::from).unwrap_or_default());
     let relative = file.strip_prefix(&folder).unwrap_or(&file);
-    Ok(relative.to_string_lossy().replace('\\', "/"))
+    relative.to_string_lossy().replace('\\', "/")
 }
 
 #[cfg(test)]
@@ -115,6 +142,7 @@ mod tests {
         let wish = Wish {
             scene: 1,
             time: 0.0,
+            clip: None,
             changes,
             camera,
             size,
@@ -127,8 +155,9 @@ mod tests {
         let shown = model.pose(&wish.changes.pose_at(0.0).unwrap()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("saved.toml");
-        std::fs::write(&path, text((&wish, DVec3::ZERO), &Source::of_word("builtin:sphere_room"), &path).unwrap())
-            .unwrap();
+        let opened = Opening { environment: Some("sky".into()), ..Opening::default() };
+        let source = Source::of_word("builtin:sphere_room");
+        std::fs::write(&path, text((&wish, DVec3::ZERO), (&source, &opened), &path).unwrap()).unwrap();
         let loaded = import::load(&path).unwrap();
         let scene = loaded.pose(&PoseOptions::default()).unwrap();
         assert_eq!((&scene.positions, &scene.normals), (&shown.positions, &shown.normals));
@@ -137,6 +166,7 @@ mod tests {
         assert_eq!(scene.material_of(ball), shown.material_of(ball));
         let place = scene.camera(None, 1.0).unwrap().world_from_camera;
         assert!(place.abs_diff_eq(wish.camera.world_from_camera, 1e-5));
+        assert!(model.environment.is_none() && loaded.environment.is_some());
         assert_eq!(loaded.method_settings["environment_map"]["parallax"].as_str(), Some("box"));
     }
 }

@@ -23,6 +23,7 @@ fn room(spec: &str) -> Room {
     let wish = Wish {
         scene: 1,
         time: 0.0,
+        clip: None,
         changes: Changes::default(),
         camera: scene.camera(None, 1.0).unwrap(),
         size: [640, 480],

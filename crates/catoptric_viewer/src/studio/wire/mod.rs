@@ -18,7 +18,7 @@ use places::WirePlaces;
 use scene::WireScene;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use wish::WireWish;
+use wish::{WireOpening, WireWish};
 
 /// A message: a line of JSON, and bytes that go with it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,6 +54,7 @@ enum WireRequest {
     Builtin {
         number: u64,
         spec: String,
+        opening: WireOpening,
     },
     /// The bytes are the file's, of this length, and those of the files beside it.
     Bytes {
@@ -61,6 +62,7 @@ enum WireRequest {
         name: String,
         length: usize,
         beside: Vec<(String, usize)>,
+        opening: WireOpening,
     },
     Pick {
         number: u64,
@@ -128,13 +130,16 @@ pub fn request(request: &Request) -> Option<Message> {
         Request::Order(Order::Pick { number, position_px }) => {
             WireRequest::Pick { number: *number, position_px: *position_px }
         }
-        Request::Order(Order::Load { number, source }) => match source {
-            Source::Builtin(spec) => WireRequest::Builtin { number: *number, spec: spec.clone() },
+        Request::Order(Order::Load { number, source, opening }) => match source {
+            Source::Builtin(spec) => {
+                WireRequest::Builtin { number: *number, spec: spec.clone(), opening: WireOpening::from(opening) }
+            }
             Source::Bytes { name, bytes: content, beside } => {
                 bytes = content.to_vec();
                 beside.0.values().for_each(|content| bytes.extend_from_slice(content));
                 let beside = beside.0.iter().map(|(name, content)| (name.clone(), content.len())).collect();
-                WireRequest::Bytes { number: *number, name: name.clone(), length: content.len(), beside }
+                let (name, length, opening) = (name.clone(), content.len(), WireOpening::from(opening));
+                WireRequest::Bytes { number: *number, name, length, beside, opening }
             }
             Source::File(_) => return None,
         },
@@ -149,10 +154,12 @@ pub fn request(request: &Request) -> Option<Message> {
 /// [`WireError`].
 pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireError> {
     let wire: WireRequest = serde_json::from_str(&text).map_err(|error| WireError(error.to_string()))?;
-    let load = |number, source| Request::Order(Order::Load { number, source });
+    let load = |number, source, opening: WireOpening| {
+        Ok::<_, WireError>(Request::Order(Order::Load { number, source, opening: opening.read()? }))
+    };
     Ok(match wire {
-        WireRequest::Builtin { number, spec } => load(number, Source::Builtin(spec)),
-        WireRequest::Bytes { number, name, length, beside } => {
+        WireRequest::Builtin { number, spec, opening } => load(number, Source::Builtin(spec), opening)?,
+        WireRequest::Bytes { number, name, length, beside, opening } => {
             let mut left = &bytes[..];
             let mut take = |length: usize| {
                 let (taken, rest) =
@@ -163,7 +170,7 @@ pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireErr
             let content = take(length)?.into();
             let beside = beside.into_iter().map(|(name, length)| Ok((name, take(length)?.to_vec())));
             let beside = Beside(Arc::new(beside.collect::<Result<_, WireError>>()?));
-            load(number, Source::Bytes { name, bytes: content, beside })
+            load(number, Source::Bytes { name, bytes: content, beside }, opening)?
         }
         WireRequest::Pick { number, position_px } => Request::Order(Order::Pick { number, position_px }),
         WireRequest::Wish(wish) => Request::Wish(Arc::new(wish.read()?)),

@@ -2,7 +2,7 @@
 
 use super::WireError;
 use super::wish::{WireCamera, WireDisplay, WireLook, role_of};
-use crate::studio::news::{ObjectSummary, SceneSummary};
+use crate::studio::news::{ClipSummary, ObjectSummary, SceneSummary};
 use catoptric::math::Aabb;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -15,11 +15,12 @@ pub(super) struct WireScene {
     cameras: Vec<WireCamera>,
     objects: Vec<WireObject>,
     triangles: usize,
-    duration: f32,
+    clips: Vec<(String, f32)>,
     bounds: [[f32; 3]; 2],
     settings: BTreeMap<String, toml::Table>,
     warnings: Vec<String>,
     origin: [f64; 3],
+    has_environment: bool,
     order_needed: u32,
     display: WireDisplay,
     automatic_stops: f32,
@@ -54,11 +55,12 @@ impl From<&SceneSummary> for WireScene {
             cameras: summary.cameras.iter().map(WireCamera::from).collect(),
             objects: summary.objects.iter().map(object).collect(),
             triangles: summary.triangles,
-            duration: summary.duration,
+            clips: summary.clips.iter().map(|clip| (clip.name.clone(), clip.duration)).collect(),
             bounds: corners(&summary.bounds),
             settings: summary.settings.clone(),
             warnings: summary.warnings.clone(),
             origin: summary.origin.to_array(),
+            has_environment: summary.has_environment,
             order_needed: summary.order_needed,
             display: WireDisplay::from(summary.display),
             automatic_stops: summary.automatic_stops,
@@ -86,11 +88,12 @@ impl WireScene {
             cameras: self.cameras.into_iter().map(WireCamera::read).collect::<Result<_, _>>()?,
             objects: self.objects.into_iter().map(object).collect::<Result<_, WireError>>()?,
             triangles: self.triangles,
-            duration: self.duration,
+            clips: self.clips.into_iter().map(|(name, duration)| ClipSummary { name, duration }).collect(),
             bounds: read_bounds(self.bounds),
             settings: self.settings,
             warnings: self.warnings,
             origin: DVec3::from_array(self.origin),
+            has_environment: self.has_environment,
             order_needed: self.order_needed,
             display: self.display.read()?,
             automatic_stops: self.automatic_stops,

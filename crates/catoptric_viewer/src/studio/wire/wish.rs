@@ -1,18 +1,21 @@
-//! Wishes as text.
+//! Wishes, and how scenes are opened, as text.
 
 use super::{WireError, kind_of};
-use crate::studio::order::{Changes, Drawn, RoleChange, Wish};
+use crate::studio::order::{Changes, Drawn, Opening, RoleChange, Wish};
 use catoptric::methods::Quality;
 use catoptric::scene::edits::Look;
 use catoptric::scene::{Camera, Projection, Role};
 use catoptric::tone::{Display, ToneCurve};
+use catoptric_scenes::import::EnvironmentEdit;
 use glam::{Affine3A, Vec3};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 #[derive(Serialize, Deserialize)]
 pub(super) struct WireWish {
     scene: u64,
     time: f32,
+    clip: Option<usize>,
     roles: Vec<(String, String, Option<f32>)>,
     looks: Vec<(String, WireLook)>,
     moves: Vec<(String, [f32; 3])>,
@@ -50,7 +53,8 @@ pub(super) struct WireCamera {
 
 impl From<&Wish> for WireWish {
     fn from(wish: &Wish) -> Self {
-        let Wish { scene, time, changes, camera, size, sides, has_automatic_order, display, compares, overlays } = wish;
+        let Wish { scene, time, clip, changes, camera, size, sides, .. } = wish;
+        let Wish { has_automatic_order, display, compares, overlays, .. } = wish;
         let Changes { roles, looks, moves } = changes;
         let side = |Drawn { method, settings, quality }: &Drawn| {
             (method.clone(), settings.clone(), quality.samples, quality.order)
@@ -59,6 +63,7 @@ impl From<&Wish> for WireWish {
         Self {
             scene: *scene,
             time: *time,
+            clip: *clip,
             roles: roles.iter().map(role).collect(),
             looks: looks.iter().map(|(name, look)| (name.clone(), WireLook::from(look))).collect(),
             moves: moves.iter().map(|(name, by)| (name.clone(), by.to_array())).collect(),
@@ -75,7 +80,7 @@ impl From<&Wish> for WireWish {
 
 impl WireWish {
     pub(super) fn read(self) -> Result<Wish, WireError> {
-        let Self { scene, time, roles, looks, moves, camera, size, sides, .. } = self;
+        let Self { scene, time, clip, roles, looks, moves, camera, size, sides, .. } = self;
         let Self { has_automatic_order, display, compares, overlays, .. } = self;
         let role =
             |(name, role, ior): (String, String, Option<f32>)| Ok(RoleChange { name, role: role_of(&role)?, ior });
@@ -88,7 +93,52 @@ impl WireWish {
         let (camera, sides) = (camera.read()?, sides.into_iter().map(side).collect());
         let overlays = overlays.iter().map(|name| kind_of(name)).collect::<Result<_, _>>()?;
         let display = display.read()?;
-        Ok(Wish { scene, time, changes, camera, size, sides, has_automatic_order, display, compares, overlays })
+        Ok(Wish { scene, time, clip, changes, camera, size, sides, has_automatic_order, display, compares, overlays })
+    }
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct WireOpening {
+    environment: Option<PathBuf>,
+    rotation_deg: Option<f64>,
+    strength: Option<f64>,
+    variant: Option<String>,
+    allow_outside: bool,
+    has_solid_glass: bool,
+    lacks_shadows: bool,
+    roles: Vec<(String, String, Option<f32>)>,
+}
+
+impl From<&Opening> for WireOpening {
+    fn from(opening: &Opening) -> Self {
+        let Opening { environment, environment_edit, variant, roles, .. } = opening;
+        let role = |change: &RoleChange| (change.name.clone(), change.role.name().to_owned(), change.ior);
+        Self {
+            environment: environment.clone(),
+            rotation_deg: environment_edit.rotation_deg,
+            strength: environment_edit.strength,
+            variant: variant.clone(),
+            allow_outside: opening.allow_outside,
+            has_solid_glass: opening.has_solid_glass,
+            lacks_shadows: opening.lacks_shadows,
+            roles: roles.iter().map(role).collect(),
+        }
+    }
+}
+
+impl WireOpening {
+    pub(super) fn read(self) -> Result<Opening, WireError> {
+        let role =
+            |(name, role, ior): (String, String, Option<f32>)| Ok(RoleChange { name, role: role_of(&role)?, ior });
+        Ok(Opening {
+            environment: self.environment,
+            environment_edit: EnvironmentEdit { rotation_deg: self.rotation_deg, strength: self.strength },
+            variant: self.variant,
+            allow_outside: self.allow_outside,
+            has_solid_glass: self.has_solid_glass,
+            lacks_shadows: self.lacks_shadows,
+            roles: self.roles.into_iter().map(role).collect::<Result<_, WireError>>()?,
+        })
     }
 }
 

@@ -13,45 +13,63 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Frames whose times are shown.
-pub(super) const HISTORY: usize = 200;
+pub(in crate::app) const HISTORY: usize = 200;
 
 /// Messages that are kept.
 const MESSAGES: usize = 20;
 
 /// All that there is to show.
 #[derive(Default)]
-pub(super) struct Shown {
-    pub(super) pictures: [Option<ShownPicture>; 2],
-    pub(super) compared: Option<ShownComparison>,
+pub(in crate::app) struct Shown {
+    pub(in crate::app) pictures: [Option<ShownPicture>; 2],
+    pub(in crate::app) compared: Option<ShownComparison>,
     /// The last one of each kind.
-    pub(super) overlays: Vec<ShownOverlay>,
+    pub(in crate::app) overlays: Vec<ShownOverlay>,
     /// The stage of long work and its share.
-    pub(super) busy: Option<(String, Option<f32>)>,
+    pub(in crate::app) busy: Option<(String, Option<f32>)>,
     /// What the user should know, the newest last.
-    pub(super) messages: VecDeque<String>,
-    pub(super) picked: Option<Picked>,
+    pub(in crate::app) messages: VecDeque<Said>,
+    /// What was done for the user last, and when that was, in seconds of the window's clock.
+    pub(in crate::app) noted: Option<(String, f64)>,
+    pub(in crate::app) picked: Option<Picked>,
     /// The number of pictures of the left side so far.
-    pub(super) pictures_shown: u64,
+    pub(in crate::app) pictures_shown: u64,
     /// The last frames of the left side.
-    pub(super) frames: VecDeque<FrameTimes>,
+    pub(in crate::app) frames: VecDeque<FrameTimes>,
+}
+
+/// A scene that could not be opened.
+pub(in crate::app) struct Failed {
+    /// The word that stands for it.
+    pub(in crate::app) name: String,
+    /// Why, and what to do about it.
+    pub(in crate::app) reason: String,
+}
+
+/// A message to the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(in crate::app) struct Said {
+    pub(in crate::app) text: String,
+    /// It tells what was done, as the user wanted; else what is wrong.
+    pub(in crate::app) is_done: bool,
 }
 
 /// A picture on the screen.
-pub(super) struct ShownPicture {
-    pub(super) image: ShownImage,
-    pub(super) wish: Arc<Wish>,
-    pub(super) size: [u32; 2],
-    pub(super) linear: Option<Arc<Framebuffer>>,
-    pub(super) rgba: Vec<u8>,
-    pub(super) is_whole: bool,
-    pub(super) samples: u32,
-    pub(super) report: Report,
-    pub(super) frame_ms: f64,
-    pub(super) processor: String,
+pub(in crate::app) struct ShownPicture {
+    pub(in crate::app) image: ShownImage,
+    pub(in crate::app) wish: Arc<Wish>,
+    pub(in crate::app) size: [u32; 2],
+    pub(in crate::app) linear: Option<Arc<Framebuffer>>,
+    pub(in crate::app) rgba: Vec<u8>,
+    pub(in crate::app) is_whole: bool,
+    pub(in crate::app) samples: u32,
+    pub(in crate::app) report: Report,
+    pub(in crate::app) frame_ms: f64,
+    pub(in crate::app) processor: String,
 }
 
 /// Where a picture's pixels are.
-pub(super) enum ShownImage {
+pub(in crate::app) enum ShownImage {
     /// The window has got them.
     Copied(TextureHandle),
     /// They are where they were drawn, on the window's device.
@@ -65,7 +83,7 @@ pub(super) enum ShownImage {
 
 impl ShownImage {
     /// The window's name for it.
-    pub(super) fn id(&self) -> TextureId {
+    pub(in crate::app) fn id(&self) -> TextureId {
         match self {
             Self::Copied(handle) => handle.id(),
             Self::Drawn { id, .. } => *id,
@@ -96,34 +114,43 @@ impl Drop for ShownImage {
 }
 
 /// The heat map on the screen.
-pub(super) struct ShownComparison {
-    pub(super) texture: TextureHandle,
-    pub(super) wish: Arc<Wish>,
-    pub(super) flip_mean: f64,
-    pub(super) over_0_1: f64,
+pub(in crate::app) struct ShownComparison {
+    pub(in crate::app) texture: TextureHandle,
+    pub(in crate::app) wish: Arc<Wish>,
+    pub(in crate::app) flip_mean: f64,
+    pub(in crate::app) over_0_1: f64,
 }
 
 /// The path of the ray through a place of the picture.
-pub(super) struct Picked {
-    pub(super) number: u64,
-    pub(super) position_px: [f32; 2],
-    pub(super) path: Vec<Bounce>,
+pub(in crate::app) struct Picked {
+    pub(in crate::app) number: u64,
+    pub(in crate::app) position_px: [f32; 2],
+    pub(in crate::app) path: Vec<Bounce>,
     /// Where its end appears by several methods, in the picture that was picked in.
-    pub(super) places: Option<Places>,
+    pub(in crate::app) places: Option<Places>,
 }
 
 /// The times of a frame.
-pub(super) struct FrameTimes {
-    pub(super) stages_ms: Vec<(&'static str, f64)>,
-    pub(super) frame_ms: f64,
+pub(in crate::app) struct FrameTimes {
+    pub(in crate::app) stages_ms: Vec<(&'static str, f64)>,
+    pub(in crate::app) frame_ms: f64,
     /// When it was shown, in seconds of the window's clock.
-    pub(super) shown_at: f64,
+    pub(in crate::app) shown_at: f64,
 }
 
 impl Shown {
     /// Adds a message, unless it was the last one.
-    pub(super) fn say(&mut self, message: impl Into<String>) {
-        let message = message.into();
+    pub(in crate::app) fn say(&mut self, message: impl Into<String>) {
+        self.add(Said { text: message.into(), is_done: false });
+    }
+
+    /// Adds what was done for the user.
+    pub(in crate::app) fn note(&mut self, message: String, now: f64) {
+        self.noted = Some((message.clone(), now));
+        self.add(Said { text: message, is_done: true });
+    }
+
+    fn add(&mut self, message: Said) {
         if self.messages.back() != Some(&message) {
             self.messages.push_back(message);
         }
@@ -133,7 +160,7 @@ impl Shown {
     }
 
     /// Puts a picture on the screen; `device` is the window's.
-    pub(super) fn put(&mut self, ctx: &Context, device: Option<&RenderState>, picture: Picture) {
+    pub(in crate::app) fn put(&mut self, ctx: &Context, device: Option<&RenderState>, picture: Picture) {
         let Picture { side, wish, is_whole, samples, size, linear, rgba, texture, report, frame_ms, processor } =
             picture;
         let Some(place) = self.pictures.get_mut(side) else { return };
@@ -168,7 +195,7 @@ impl Shown {
     }
 
     /// Frames of the left side in a second, over the last one.
-    pub(super) fn frames_a_second(&self, now: f64) -> f64 {
+    pub(in crate::app) fn frames_a_second(&self, now: f64) -> f64 {
         self.frames.iter().rev().take_while(|frame| now - frame.shown_at < 1.0).count() as f64
     }
 }

@@ -1,51 +1,69 @@
-//! The command line of scenes and of views of them.
+//! The scene, its environment, and the roles of its parts.
 
 use crate::parse;
+use catoptric_scenes::import::EnvironmentEdit;
 use clap::{Args, ValueEnum};
-use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// The scene and the roles of its parts.
-#[derive(Args)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Scene")]
-pub(crate) struct SceneArgs {
+pub struct SceneArgs {
     /// A .glb, .gltf, .obj, .ply, .stl or .toml file, or builtin:NAME[?key=value&...]
     #[arg(value_name = "SCENE", display_order = 0)]
-    pub(crate) scene: PathBuf,
+    pub scene: PathBuf,
+    /// Light from infinity.
     #[command(flatten)]
-    pub(crate) environment: EnvironmentArgs,
+    pub environment: EnvironmentArgs,
     /// Make objects of this node or material name mirrors (repeat; of several roles of an object the last holds)
     #[arg(long, alias = "mirror", value_name = "GLOB")]
-    pub(crate) reflector: Vec<String>,
+    pub reflector: Vec<String>,
     /// Shadows of the file's lights and of the environment, and the light of surfaces that emit it
     #[arg(long, value_enum, default_value = "on")]
-    pub(crate) shadows: Shadows,
+    pub shadows: Shadows,
+    /// Roles of other kinds, and the moment.
     #[command(flatten)]
-    pub(crate) pose: PoseArgs,
+    pub pose: PoseArgs,
 }
 
 /// Light from infinity.
-#[derive(Args, Default)]
+#[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Scene")]
-pub(crate) struct EnvironmentArgs {
+pub struct EnvironmentArgs {
     /// Light from infinity: `studio`, `sky` (clear, with the sun), or an equirectangular picture: .hdr, .exr (also cube
     /// maps), or 8-bit .png, .jpg, .webp [default: the scene's; a studio for glTF and OBJ files without light that have
     /// mirrors or glass]
     #[arg(long, aliases = ["hdri", "hdr", "env"], value_name = "NAME or FILE", value_parser = parse::file())]
     #[arg(display_order = 1)]
-    pub(crate) environment: Option<PathBuf>,
+    pub environment: Option<PathBuf>,
     /// Turn the environment about the vertical axis y, counter-clockwise seen from above, in degrees
     #[arg(long, value_name = "DEG", value_parser = parse::rotation, allow_hyphen_values = true, display_order = 1)]
-    pub(crate) environment_rotation: Option<f64>,
+    pub environment_rotation: Option<f64>,
     /// Multiply the environment's light by this, 0 or more
     #[arg(long, value_name = "FACTOR", value_parser = parse::strength, allow_hyphen_values = true, display_order = 1)]
-    pub(crate) environment_strength: Option<f64>,
+    pub environment_strength: Option<f64>,
+}
+
+impl EnvironmentArgs {
+    /// How the environment is turned and scaled.
+    pub fn edit(&self) -> EnvironmentEdit {
+        EnvironmentEdit { rotation_deg: self.environment_rotation, strength: self.environment_strength }
+    }
+}
+
+/// How bodies of glass without a volume are drawn.
+#[derive(Args, Clone, Copy, Debug, Default)]
+#[command(next_help_heading = "Scene")]
+pub struct GlassArgs {
+    /// What lets light pass and has no volume in the file [default: thin, as the format says]
+    #[arg(long, value_enum)]
+    pub thin_glass: Option<ThinGlass>,
 }
 
 /// Bodies of glass without a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum ThinGlass {
+pub enum ThinGlass {
     /// Walls without thickness
     Thin,
     /// Glass all through
@@ -53,68 +71,49 @@ pub(crate) enum ThinGlass {
 }
 
 /// Roles of the scene's parts, and its moment.
-#[derive(Args)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Scene")]
-pub(crate) struct PoseArgs {
+pub struct PoseArgs {
     /// Make objects of this node or material name glass (repeat; of several roles of an object the last holds)
     #[arg(long, alias = "glass", value_name = "GLOB[:IOR]")]
-    pub(crate) lens: Vec<String>,
+    pub lens: Vec<String>,
     /// Make objects of this node or material name diffuse (repeat; of several roles of an object the last holds)
     #[arg(long, value_name = "GLOB")]
-    pub(crate) diffuse: Vec<String>,
+    pub diffuse: Vec<String>,
     /// Time in the file's animations, seconds; before their first keys and after their last ones they hold
     #[arg(long, value_name = "T", default_value = "0", value_parser = parse::number, allow_hyphen_values = true)]
-    pub(crate) time: f32,
+    pub time: f32,
+    /// The variant and the animation.
     #[command(flatten)]
-    pub(crate) choice: ChoiceArgs,
+    pub choice: ChoiceArgs,
 }
 
+/// Shadows of lights and of the environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Shadows {
+pub enum Shadows {
+    /// They are cast.
+    #[value(help = None::<&str>)]
     On,
+    /// There are none.
+    #[value(help = None::<&str>)]
     Off,
-}
-
-/// The view of the scene.
-#[derive(Args)]
-#[command(next_help_heading = "View")]
-pub(crate) struct ViewArgs {
-    /// Picture size in pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse::size)]
-    pub(crate) size: [u32; 2],
-    /// A camera of the scene [default: its first, else one that frames it]
-    #[arg(long, value_name = "NAME or INDEX", conflicts_with = "eye")]
-    pub(crate) camera: Option<String>,
-    /// Position of the eye
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector)]
-    #[arg(allow_hyphen_values = true)]
-    pub(crate) eye: Option<DVec3>,
-    /// Point that the eye looks at [default with --eye: the middle of the scene]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::exact_vector, allow_hyphen_values = true, requires = "eye")]
-    pub(crate) target: Option<DVec3>,
-    /// Upward direction [default: 0,1,0]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse::vector, allow_hyphen_values = true, requires = "eye")]
-    pub(crate) up: Option<Vec3>,
-    /// Vertical field of view in degrees [default: the camera's; 40 with --eye]
-    #[arg(long, value_name = "DEG", value_parser = parse::field_of_view, allow_hyphen_values = true)]
-    pub(crate) fov: Option<f32>,
 }
 
 /// Choices among what a scene's files have several of.
 #[derive(Args, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[command(next_help_heading = "Scene")]
-pub(crate) struct ChoiceArgs {
+pub struct ChoiceArgs {
     /// The variant of the glTF file's materials, as `catoptric info` lists them [default: the scene file's, else the
     /// default materials]
     #[arg(long, value_name = "NAME")]
-    pub(crate) variant: Option<String>,
+    pub variant: Option<String>,
     /// The animation that plays, alone; `catoptric info` lists them [default: all, but for those that move what an
     /// earlier one moves]
     #[arg(long, value_name = "NAME or INDEX")]
-    pub(crate) animation: Option<String>,
+    pub animation: Option<String>,
     /// Open files that a glTF or OBJ file names wherever they lie [default: in its folder, the one above, and below]
     #[arg(long)]
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub(crate) allow_outside: bool,
+    pub allow_outside: bool,
 }

@@ -15,7 +15,7 @@ const FARTHEST: f32 = 1e3;
 
 /// A camera with the point that it turns about.
 #[derive(Clone, Debug)]
-pub(super) struct Navigator {
+pub(in crate::app) struct Navigator {
     camera: Camera,
     pivot: Vec3,
     /// The scene's diagonal.
@@ -24,13 +24,13 @@ pub(super) struct Navigator {
 
 impl Navigator {
     /// Begins with a camera of a scene; it turns about the point on its axis at the depth of the scene's centre.
-    pub(super) fn new(camera: Camera, bounds: &Aabb) -> Self {
+    pub(in crate::app) fn new(camera: Camera, bounds: &Aabb) -> Self {
         let pivot = camera.point_looked_at(bounds);
         Self { camera, pivot, scene_size: bounds.diagonal().max(1e-6) }
     }
 
     /// The camera.
-    pub(super) fn camera(&self) -> &Camera {
+    pub(in crate::app) fn camera(&self) -> &Camera {
         &self.camera
     }
 
@@ -63,13 +63,13 @@ impl Navigator {
     }
 
     /// Turns about the pivot as the scene follows a finger that moves so far, in parts of the picture's height.
-    pub(super) fn orbit(&mut self, moved: Vec2) {
+    pub(in crate::app) fn orbit(&mut self, moved: Vec2) {
         let half_turn = std::f32::consts::PI;
         self.turn(self.pivot, -moved.x * half_turn, -moved.y * half_turn);
     }
 
     /// Turns the head: about the eye. The pivot stays in front.
-    pub(super) fn look(&mut self, moved: Vec2) {
+    pub(in crate::app) fn look(&mut self, moved: Vec2) {
         let distance = self.eye().distance(self.pivot);
         self.turn(self.eye(), -moved.x, -moved.y);
         self.pivot = self.eye() - self.axis(2) * distance;
@@ -84,13 +84,13 @@ impl Navigator {
     }
 
     /// Moves across the view, so that the pivot follows a finger that moves so far, in parts of the picture's height.
-    pub(super) fn pan(&mut self, moved: Vec2) {
+    pub(in crate::app) fn pan(&mut self, moved: Vec2) {
         let step = (self.axis(1) * moved.y - self.axis(0) * moved.x) * self.height_at_pivot();
         self.shift(step);
     }
 
     /// Goes nearer to the pivot by a factor; below 1, away from it.
-    pub(super) fn zoom(&mut self, factor: f32) {
+    pub(in crate::app) fn zoom(&mut self, factor: f32) {
         // A wheel at rest must not add up rounding errors.
         if !(factor.is_finite() && factor > 0.0) || factor == 1.0 {
             return;
@@ -103,12 +103,21 @@ impl Navigator {
         }
         // From beyond the limits, where a file has placed it, a camera only comes back.
         let wanted = (distance / factor).clamp(nearest.min(distance), farthest.max(distance));
-        let eye = self.pivot + self.axis(2) * wanted;
+        // The pivot stays where it is seen.
+        let back = (self.eye() - self.pivot).try_normalize().unwrap_or(self.axis(2));
+        let eye = self.pivot + back * wanted;
         self.camera.world_from_camera.translation = eye.into();
     }
 
+    /// Turns about another point from now on, and goes nearer to that; the view stays as it is.
+    pub(in crate::app) fn focus(&mut self, point: Vec3) {
+        if point.is_finite() {
+            self.pivot = point;
+        }
+    }
+
     /// Flies along its own axes (right, up, back), in sizes of the scene. The pivot comes along.
-    pub(super) fn fly(&mut self, step: Vec3) {
+    pub(in crate::app) fn fly(&mut self, step: Vec3) {
         let step = (self.axis(0) * step.x + self.axis(1) * step.y + self.axis(2) * step.z) * self.scene_size;
         self.shift(step);
     }
@@ -121,7 +130,7 @@ impl Navigator {
     }
 
     /// Goes back along its own direction until it sees all of a box.
-    pub(super) fn frame(&mut self, bounds: &Aabb) {
+    pub(in crate::app) fn frame(&mut self, bounds: &Aabb) {
         let radius = (bounds.diagonal() * 0.5).max(1e-6);
         self.pivot = bounds.center();
         let distance = match &mut self.camera.projection {
@@ -162,6 +171,26 @@ mod tests {
     }
 
     #[test]
+    fn the_point_in_focus_stays_where_it_is_seen() {
+        let mut navigator = start();
+        let point = Vec3::new(0.7, 0.4, -0.3);
+        let seen = |navigator: &Navigator| {
+            catoptric::scene::View::new(navigator.camera(), 300, 200, 1e-4).pixel_of(point).unwrap()
+        };
+        let before = (seen(&navigator), navigator.camera().clone());
+        navigator.focus(point);
+        assert_eq!(*navigator.camera(), before.1);
+        navigator.zoom(1.7);
+        assert!(
+            seen(&navigator).distance(before.0) < 0.05
+                && navigator.eye() != before.1.world_from_camera.translation.into()
+        );
+        let distance = navigator.eye().distance(point);
+        navigator.orbit(Vec2::new(0.2, 0.1));
+        assert!((navigator.eye().distance(point) - distance).abs() < 1e-4);
+    }
+
+    #[test]
     fn framing_shows_everything() {
         let bounds = Aabb { min: Vec3::new(3.0, -1.0, -2.0), max: Vec3::new(9.0, 2.0, 0.0) };
         let mut navigator = start();
@@ -176,7 +205,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_input_breaks_the_camera(
-            steps in prop::collection::vec((0..5u8, -3.0f32..3.0, -3.0f32..3.0), 0..200)
+            steps in prop::collection::vec((0..6u8, -3.0f32..3.0, -3.0f32..3.0), 0..200)
         ) {
             let mut navigator = start();
             for (kind, x, y) in steps {
@@ -185,6 +214,7 @@ mod tests {
                     1 => navigator.pan(Vec2::new(x, y)),
                     2 => navigator.zoom(2f32.powf(4.0 * x)),
                     3 => navigator.look(Vec2::new(x, y)),
+                    4 => navigator.focus(Vec3::new(x, y, x - y)),
                     _ => navigator.fly(Vec3::new(x, y, x * y)),
                 }
                 let place = navigator.camera().world_from_camera;

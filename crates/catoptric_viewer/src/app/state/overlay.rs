@@ -18,15 +18,15 @@ const LINE_OPACITY: f32 = 0.85;
 const STEPS: usize = 32;
 
 /// An overlay on the screen.
-pub(super) struct ShownOverlay {
-    pub(super) wish: Arc<Wish>,
-    pub(super) overlay: Overlay,
+pub(in crate::app) struct ShownOverlay {
+    pub(in crate::app) wish: Arc<Wish>,
+    pub(in crate::app) overlay: Overlay,
     /// `None` where there is nothing to be shown.
-    pub(super) texture: Option<TextureHandle>,
+    pub(in crate::app) texture: Option<TextureHandle>,
 }
 
 impl ShownOverlay {
-    pub(super) fn new(ctx: &Context, Overlaid { wish, overlay, .. }: Overlaid) -> Self {
+    pub(in crate::app) fn new(ctx: &Context, Overlaid { wish, overlay, .. }: Overlaid) -> Self {
         let is_empty = overlay.pixels.is_empty() && overlay.segments.is_empty();
         let texture =
             (!is_empty).then(|| ctx.load_texture(overlay.kind.name(), image(&overlay), TextureOptions::NEAREST));
@@ -35,7 +35,7 @@ impl ShownOverlay {
 }
 
 /// The colour of a group (its number less 1) of an overlay.
-pub(super) fn color_of(kind: OverlayKind, group: usize) -> Color32 {
+pub(in crate::app) fn color_of(kind: OverlayKind, group: usize) -> Color32 {
     // From green for what is drawn fast to red for what is not, and the lines between.
     const BY_SPEED: [[u8; 3]; 4] = [[60, 220, 110], [250, 205, 50], [240, 70, 60], [235, 235, 235]];
     if matches!(kind, OverlayKind::Tiles | OverlayKind::Leaves) {
