@@ -55,7 +55,7 @@ fn render_writes_a_picture_its_mask_and_its_numbers() {
     assert!(!stats["choices"][0]["reason"].as_str().unwrap().is_empty());
     assert_eq!(stats["backend"], "cpu");
     assert_eq!(stats["size"], serde_json::json!([64, 48]));
-    assert_eq!((&stats["samples"], &stats["order"], &stats["frames"]), (&2.into(), &2.into(), &3.into()));
+    assert_eq!((&stats["samples"], &stats["order"], &stats["frames"]), (&2.into(), &8.into(), &3.into()));
     assert!(stats["setup_ms"]["load"].as_f64().unwrap() > 0.0);
     let time = |name: &str| stats["frame_ms"][name].as_f64().unwrap();
     assert!(0.0 < time("min") && time("min") <= time("median") && time("median") <= time("max"));

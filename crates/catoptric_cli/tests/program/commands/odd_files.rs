@@ -75,7 +75,7 @@ fn no_output_replaces_what_a_picture_is_made_of() {
     place.write("corners.bin", "x");
     for (scene, output) in [("room.gltf", "./room.gltf"), ("bare.gltf", "corners.bin")] {
         let message = place.fails(2, &[&["render", scene, "-o", "a.png", "--stats", output], &SMALL[..]].concat());
-        assert!(message.contains(output) && message.contains("made of"), "{message}");
+        assert!(message.contains(output) && message.contains("is read, too"), "{message}");
     }
     assert!(place.bytes("room.gltf") == text.as_bytes() && place.bytes("corners.bin") == b"x");
 }
