@@ -4,6 +4,8 @@
 
 pub mod clock;
 pub mod error;
+#[cfg(feature = "openexr")]
+pub mod exr_blocks;
 pub mod framebuffer;
 pub mod input;
 pub mod math;

@@ -7,8 +7,10 @@ pub use encode::{PictureFormat, encode, encode_mask, encode_rgb8, encode_with_al
 pub use layers::{Channel, ChannelValues, encode_layers};
 
 use crate::error::SceneError;
+use crate::exr_blocks;
 use crate::framebuffer::{Framebuffer, linear_from_srgb};
 use crate::input::read_file;
+use exr::block::reader::ChunksReader;
 use exr::prelude as openexr;
 use std::io;
 use std::path::Path;
@@ -103,7 +105,20 @@ fn check_exr_size(bytes: &[u8]) -> Result<(), String> {
             return Err(format!("its {width}x{height} pixels are too many; {MAX_SIDE} a side and 4 GiB are allowed"));
         }
     }
-    Ok(())
+    check_exr_blocks(bytes).map_err(|error| error.to_string())?
+}
+
+/// Blocks, too, say how much memory they take.
+fn check_exr_blocks(bytes: &[u8]) -> openexr::Result<Result<(), String>> {
+    let chunks = exr::block::read(io::Cursor::new(bytes), false)?.all_chunks(false)?;
+    let headers = chunks.meta_data().headers.clone();
+    for chunk in chunks {
+        let chunk = chunk?;
+        if let Some(Err(problem)) = headers.get(chunk.layer_index).map(|header| exr_blocks::check(&chunk, header)) {
+            return Ok(Err(problem));
+        }
+    }
+    Ok(Ok(()))
 }
 
 fn read_with_image(bytes: &[u8]) -> Result<Framebuffer, String> {

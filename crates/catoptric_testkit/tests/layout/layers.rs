@@ -9,7 +9,7 @@ const LAYERS: [&[&str]; 9] = [
     &["clock", "progress"],
     &["error", "parallel"],
     &["math"],
-    &["framebuffer", "input", "output"],
+    &["exr_blocks", "framebuffer", "input", "output"],
     &["picture", "surface", "tone"],
     &["scene"],
     &["optics"],

@@ -4,7 +4,7 @@ use super::canvas::{Canvas, Radiance, check_sides};
 use super::colors::{Conversion, Primaries};
 use super::cube;
 use super::exr_header;
-use catoptric_core::parallel;
+use catoptric_core::{exr_blocks, parallel};
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::ChunksReader;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -172,6 +172,7 @@ fn decode(
         if batch.iter().any(|chunk| chunk.layer_index != layer.part || !is_largest_level(chunk)) {
             return Err("is broken: its table of offsets leads astray; save it again".into());
         }
+        batch.iter().try_for_each(|chunk| exr_blocks::check(chunk, header))?;
         let mut batch: Vec<(Option<Chunk>, Option<exr::error::Result<UncompressedBlock>>)> =
             batch.into_iter().map(|chunk| (Some(chunk), None)).collect();
         parallel::for_each_mut(&mut batch, |_, (chunk, block)| {

@@ -243,3 +243,30 @@ fn what_is_not_read_is_named() {
     twice.copy_within(second - 8..second, second);
     assert!(refusal("sky.exr", &twice).contains("twice"));
 }
+
+/// Blocks of DWA begin with the sizes of their parts, which a broken file has as large as it likes.
+#[test]
+fn blocks_that_ask_for_more_than_their_pixels_are_refused() {
+    use exr::prelude::{Compression, Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage};
+    let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
+        let wave = (at.x() as f32 * 0.7).sin() + (at.y() as f32 * 0.4).cos();
+        (wave, wave * 0.5, 1.0)
+    });
+    let encoding = Encoding { compression: Compression::DWAA(None), ..Encoding::default() };
+    let layer = Layer::new((48, 24), LayerAttributes::named("sky"), encoding, channels);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+    let bytes = bytes.into_inner();
+    load("dwa.exr", &bytes).unwrap();
+    // The block is the file's end: its size, then eleven counters, the first of which is the version, 2.
+    let counter = |at: usize| u64::from_le_bytes(*bytes[at..].first_chunk().unwrap());
+    let size = |at: usize| i32::from_le_bytes(*bytes[at..].first_chunk().unwrap());
+    let is_start = |at: &usize| counter(*at) == 2 && size(at - 4) as usize == bytes.len() - at;
+    let start = (300..bytes.len() - 88).find(is_start).unwrap();
+    for index in [1, 6, 7, 8, 9] {
+        let mut broken = bytes.clone();
+        broken[start + 8 * index..][..8].copy_from_slice(&(1u64 << 49).to_le_bytes());
+        let problem = refusal("dwa.exr", &broken);
+        assert!(problem.contains("claims to hold"), "{index}: {problem}");
+    }
+}
