@@ -13,12 +13,17 @@ const COUNTERS: usize = 11;
 /// Coefficients stand for squares of so many pixels a side.
 const SQUARE: usize = 8;
 
+/// True for parts whose blocks begin with counters.
+pub(crate) fn is_dwa(header: &Header) -> bool {
+    matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_))
+}
+
 /// Refuses a block whose counters ask for more memory than its pixels can take.
 ///
 /// # Errors
 /// The fault, in words.
 pub fn check(chunk: &Chunk, header: &Header) -> Result<(), String> {
-    if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
+    if !is_dwa(header) {
         return Ok(());
     }
     let (CompressedBlock::ScanLine(CompressedScanLineBlock { compressed_pixels_le: bytes, .. })

@@ -105,10 +105,14 @@ fn check_exr_size(bytes: &[u8]) -> Result<(), String> {
             return Err(format!("its {width}x{height} pixels are too many; {MAX_SIDE} a side and 4 GiB are allowed"));
         }
     }
+    // Others are not read twice.
+    if !meta.headers.iter().any(exr_blocks::is_dwa) {
+        return Ok(());
+    }
     check_exr_blocks(bytes).map_err(|error| error.to_string())?
 }
 
-/// Blocks, too, say how much memory they take.
+/// Blocks of DWA, too, say how much memory they take.
 fn check_exr_blocks(bytes: &[u8]) -> openexr::Result<Result<(), String>> {
     let chunks = exr::block::read(io::Cursor::new(bytes), false)?.all_chunks(false)?;
     let headers = chunks.meta_data().headers.clone();

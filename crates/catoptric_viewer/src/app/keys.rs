@@ -1,4 +1,4 @@
-//! What keys do.
+//! Keys and their actions.
 
 use super::state::Viewer;
 use super::state::grip::Tool;
@@ -12,7 +12,7 @@ impl Viewer {
             return;
         }
         let pressed = |shortcut: &KeyboardShortcut| ctx.input_mut(|input| input.consume_shortcut(shortcut));
-        // Those with shift first, as the others take them, too.
+        // Keys with shift first, as the others take them, too.
         if pressed(&REDO_ALSO) || pressed(&REDO) {
             self.redo();
         }
@@ -28,7 +28,7 @@ impl Viewer {
         if pressed(&OPEN) {
             take_away::open(self);
         }
-        // What is held with the command key is the system's.
+        // Keys held with the command key are the system's.
         if !ctx.input(|input| input.modifiers.command || input.modifiers.alt) {
             self.follow_plain_keys(ctx);
         }

@@ -45,7 +45,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
     say(viewer, ui, rect);
 }
 
-/// What is said over the picture: what was done a moment ago, what is in the hand, and what is wrong where no panel
+/// Words over the picture: what was done a moment ago, what is in the hand, and what is wrong where no panel
 /// says it.
 fn say(viewer: &Viewer, ui: &Ui, rect: Rect) {
     let now = ui.input(|input| input.time);
@@ -200,7 +200,7 @@ fn paint(viewer: &Viewer, ui: &Ui, rect: Rect, divider: Option<f32>) {
     caption(ui, rect.right_top() + vec2(-8.0, 8.0 + lower), Align2::RIGHT_TOP, &right);
 }
 
-/// What the heat map waits for.
+/// The work that the heat map waits for.
 fn heat_in_the_making(viewer: &Viewer, right: Option<&ShownPicture>) -> String {
     let stage = viewer.shown.busy.as_ref().map(|(stage, share)| match share {
         Some(share) => format!("{stage}, {:.0} %", share * 100.0),

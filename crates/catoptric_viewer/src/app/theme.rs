@@ -3,7 +3,7 @@
 
 use eframe::egui::{Color32, Context, Sense, Theme, Ui, Visuals, vec2};
 
-/// What is behind text over a picture: opaque enough for the text to be read on white.
+/// The ground of text over a picture: opaque enough for the text to be read on white.
 pub(super) const BEHIND_CAPTIONS: Color32 = Color32::from_black_alpha(165);
 
 /// Sets both themes; pictures look best in the dark one.

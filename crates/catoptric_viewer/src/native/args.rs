@@ -68,7 +68,7 @@ pub(super) enum BackendChoice {
     Gpu,
 }
 
-/// What the command line asks for.
+/// The beginning that the command line asks for.
 pub(super) struct Wanted {
     pub(super) start: Start,
     /// The window's, in points.

@@ -1,4 +1,4 @@
-//! What a stranger does first: opens, saves, clicks, takes back, and has a small window.
+//! The first minute of a stranger: opens, saves, clicks, takes back, and has a small window.
 
 use crate::session::{SCENE, Session, click, open, scene, settle, steps};
 use crate::trial;
@@ -47,7 +47,7 @@ fn asked_in_window() {
     session.key_press_modifiers(Modifiers::COMMAND, Key::S);
     steps(&mut session, 3);
     session.get_by_label("Save as .toml");
-    // What cannot be done says why, and asks again.
+    // A save that cannot be done says why, and asks again.
     answer(&mut session, &folder.path().join("missing/room.toml"));
     session.get_by_label_contains("there is no folder");
     let file = folder.path().join("room.toml");
@@ -63,7 +63,7 @@ fn asked_in_window() {
     settle(&mut session, |_| picture.is_file());
     let [width, height] = session.state().wish().unwrap().size;
     assert_eq!(image::open(&picture).unwrap().into_rgb8().dimensions(), (width, height));
-    // What was saved is opened.
+    // The saved file is opened.
     session.key_press_modifiers(Modifiers::COMMAND, Key::O);
     steps(&mut session, 3);
     answer(&mut session, &folder.path().join("nothing.glb"));

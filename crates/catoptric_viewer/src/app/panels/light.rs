@@ -70,7 +70,7 @@ fn choose(viewer: &mut Viewer, wanted: &mut Opening, ui: &mut Ui) {
     list.response.labelled_by(name).on_hover_text(shown);
     #[cfg(target_family = "wasm")]
     let _ = viewer;
-    // What turns and scales a light that is gone has nothing to do.
+    // Turn and strength of a light that is gone have nothing to do.
     if wanted.environment.is_none() && viewer.opened.environment.is_some() {
         wanted.environment_edit = EnvironmentEdit::default();
     }

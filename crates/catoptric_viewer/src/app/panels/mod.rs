@@ -49,7 +49,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
 }
 
 fn sections(viewer: &mut Viewer, ui: &mut Ui) {
-    // What is too wide is scrolled, and does not push the picture aside.
+    // Too wide contents are scrolled, and do not push the picture aside.
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().slider_width = 90.0;
         let width = ui.available_width();

@@ -13,10 +13,10 @@ use tempfile::TempDir;
 /// The answer of a program of the window's version to `--version`.
 const VERSION: &str = concat!("catoptric ", env!("CARGO_PKG_VERSION"));
 
-/// What is to be done.
+/// The kinds of errands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::app) enum Task {
-    /// What is shown is compared with the reference: a folder with a page.
+    /// A comparison of the shown picture with the reference: a folder with a page.
     Report,
     /// The left side's precomputation.
     Bake,
@@ -25,7 +25,7 @@ pub(in crate::app) enum Task {
 /// A program at work.
 pub(in crate::app) struct Errand {
     pub(in crate::app) task: Task,
-    /// What it makes.
+    /// The file or folder that it makes.
     pub(in crate::app) target: PathBuf,
     program: Child,
     /// Holds the scene file that it reads.
@@ -35,7 +35,7 @@ pub(in crate::app) struct Errand {
     reader: Option<JoinHandle<Option<String>>>,
     /// The present stage and its share.
     pub(in crate::app) stage: (String, Option<f32>),
-    /// Its last words that are no progress.
+    /// The last words that are no progress.
     last_words: String,
     pub(in crate::app) since: Instant,
     is_called_off: bool,
@@ -137,7 +137,7 @@ impl Errand {
         self.is_called_off = true;
         #[cfg(unix)]
         if let Some(id) = i32::try_from(self.program.id()).ok().and_then(rustix::process::Pid::from_raw) {
-            // It may have ended by itself.
+            // The program may have ended by itself.
             let _ = rustix::process::kill_process(id, rustix::process::Signal::TERM);
         }
         #[cfg(not(unix))]

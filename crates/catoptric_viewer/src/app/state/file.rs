@@ -6,10 +6,10 @@ use std::sync::mpsc::Receiver;
 /// Makes a file's content, told the path where it will be.
 pub(in crate::app) type Make = Box<dyn FnOnce(&Path) -> Result<Vec<u8>, String> + Send>;
 
-/// What becomes of a file that is saved: its path, or a problem; nothing if the user has changed their mind.
+/// The outcome of saving a file: its path, or a problem; nothing if the user has changed their mind.
 pub(in crate::app) type Saved = Receiver<Result<PathBuf, String>>;
 
-/// What becomes of a choice: names and contents of files, or a problem; nothing if the user has changed their mind.
+/// The outcome of a choice: names and contents of files, or a problem; nothing if the user has changed their mind.
 #[cfg(target_family = "wasm")]
 pub(in crate::app) type Choice = Receiver<Result<Contents, String>>;
 

@@ -1,8 +1,8 @@
-//! What the hand does.
+//! Grips of the hand.
 
 use glam::Vec3;
 
-/// What dragging with the first button does.
+/// The effect of dragging with the first button.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::app) enum Tool {
     /// Turns the view.
@@ -17,6 +17,6 @@ pub(in crate::app) enum Tool {
 pub(in crate::app) struct Grip {
     /// The number of the order that finds out what it is.
     pub(in crate::app) number: u64,
-    /// Its name, where it was taken, and how far it had been moved before; `None` until that is known.
+    /// The object's name, where it was taken, and how far it had been moved before; `None` until that is known.
     pub(in crate::app) held: Option<(String, Vec3, Vec3)>,
 }

@@ -1,4 +1,4 @@
-//! What the user has changed, step by step, to be undone and done again.
+//! Changes of the user, step by step, to be undone and done again.
 
 use crate::studio::order::Changes;
 

@@ -92,7 +92,7 @@ pub struct Viewer {
     /// Where the divider is, from 0 to 1; `None`: the left side alone.
     pub(in crate::app) divider: Option<f32>,
     pub(in crate::app) shows_heat: bool,
-    /// What is shown over the left side, as far as its method has it.
+    /// The overlay of the left side, as far as its method has it.
     pub(in crate::app) overlays: BTreeSet<OverlayKind>,
     pub(in crate::app) changes: Changes,
     pub(in crate::app) clock: Clock,
@@ -110,14 +110,14 @@ pub struct Viewer {
     /// A scene that could not be opened.
     pub(in crate::app) failed: Option<Failed>,
     pub(in crate::app) listener: Option<Listener>,
-    /// What the status line says of the processor.
+    /// The status line's words on the processor.
     pub(in crate::app) remark: String,
     /// Files that are being saved.
     pub(in crate::app) saves: Vec<Saved>,
     /// The program that makes reports and bakes.
     #[cfg(not(target_family = "wasm"))]
     pub(in crate::app) program: Option<PathBuf>,
-    /// What it makes now.
+    /// The errand of the moment.
     #[cfg(not(target_family = "wasm"))]
     pub(in crate::app) errands: Vec<Errand>,
     /// Paths that the user is asked for.

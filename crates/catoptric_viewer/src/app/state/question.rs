@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::Instant;
 
-/// What a path is for.
+/// The purpose of a path.
 pub(in crate::app) enum Purpose {
     /// A scene or a bake to be opened.
     Open,
@@ -22,7 +22,7 @@ pub(in crate::app) enum Purpose {
         /// Makes its content.
         make: Make,
     },
-    /// What the program makes.
+    /// A file that the program makes.
     Task(Task),
 }
 
@@ -117,7 +117,7 @@ impl Purpose {
     }
 }
 
-/// What the user has done about a question.
+/// The user's answer to a question.
 pub(in crate::app) enum Answer {
     None,
     Cancel,

@@ -29,7 +29,7 @@ pub(in crate::app) struct Shown {
     pub(in crate::app) busy: Option<(String, Option<f32>)>,
     /// What the user should know, the newest last.
     pub(in crate::app) messages: VecDeque<Said>,
-    /// What was done for the user last, and when that was, in seconds of the window's clock.
+    /// The last thing that was done for the user, and when that was, in seconds of the window's clock.
     pub(in crate::app) noted: Option<(String, f64)>,
     pub(in crate::app) picked: Option<Picked>,
     /// The number of pictures of the left side so far.
@@ -50,7 +50,7 @@ pub(in crate::app) struct Failed {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::app) struct Said {
     pub(in crate::app) text: String,
-    /// It tells what was done, as the user wanted; else what is wrong.
+    /// True if this was done as the user wanted; else something is wrong.
     pub(in crate::app) is_done: bool,
 }
 

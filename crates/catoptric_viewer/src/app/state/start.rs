@@ -1,4 +1,4 @@
-//! What the window begins with.
+//! The beginning of the window: its scene, view and method.
 
 use crate::studio::news::SceneSummary;
 use crate::studio::order::{Opening, Source};
@@ -7,7 +7,7 @@ use catoptric::tone::{Display, ToneCurve};
 use glam::{DVec3, Vec3};
 use std::path::PathBuf;
 
-/// What the window begins with.
+/// Choices that the window begins with.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// The scene.
@@ -34,7 +34,7 @@ pub struct Start {
     pub program: Option<PathBuf>,
 }
 
-/// What is first seen of the first scene; what is `None` is as the scene has it.
+/// The first view of the first scene; what is `None` is as the scene has it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FirstView {
     /// A camera of the scene, by name or index.
@@ -69,10 +69,10 @@ pub struct FirstEye {
 /// The exposure at the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FirstExposure {
-    /// What shows the scene well.
+    /// Chosen so that the scene is seen well.
     #[default]
     Fitting,
-    /// What makes it of middle brightness.
+    /// Chosen so that it is of middle brightness.
     Automatic,
     /// This one, in stops.
     Stops(f32),

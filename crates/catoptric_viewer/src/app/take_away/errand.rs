@@ -110,7 +110,7 @@ pub(super) fn show(viewer: &mut Viewer, ui: &mut Ui) {
 /// The words for a task, with the folder of the scene file that they name; `scene` makes its text, told its path.
 ///
 /// # Errors
-/// What cannot be told to the program.
+/// Reasons why something cannot be told to the program.
 fn words(
     task: Task,
     target: &Path,
