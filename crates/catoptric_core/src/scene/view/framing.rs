@@ -15,6 +15,12 @@ const FOV_WITHIN_DEG: f32 = 65.0;
 const FILLED: f32 = 0.8;
 /// The share of all directions in which a scene shows its front around an eye that it surrounds.
 const SURROUNDING_SHARE: f32 = 0.9;
+/// The least side of a room, in metres.
+const LEAST_ROOM: f32 = 2.0;
+/// How many different triangles are to be seen within for each one from outside: in scenes as large as rooms, which may
+/// be empty, and in smaller ones, where chests and bottles are common.
+const LEAST_SHOWN_IN_ROOM: f32 = 0.5;
+const LEAST_SHOWN_WITHIN: f32 = 1.5;
 /// Directions along each edge of a cube around the eye.
 const RESOLUTION: usize = 12;
 
@@ -84,7 +90,8 @@ impl Scene {
         camera
     }
 
-    /// A camera within, if the scene surrounds most places in it: at the back of the widest view of one.
+    /// A camera within, if the scene surrounds most places in it and shows enough there for what it shows from outside,
+    /// as rooms do and cups do not: at the back of the widest view of one.
     fn within(&self) -> Option<Camera> {
         let places: Vec<Vec3> = (0..9)
             .map(|index| Vec3::new(0.25 + 0.25 * (index % 3) as f32, 0.5, 0.25 + 0.25 * (index / 3) as f32))
@@ -100,12 +107,46 @@ impl Scene {
         }
         let widest = |surroundings: &Surroundings| surroundings.mean_distance(Vec3::ZERO, -1.0);
         let surroundings = around.into_iter().flatten().max_by(|a, b| widest(a).total_cmp(&widest(b)))?;
+        let is_large = self.bounds.size().min_element() >= LEAST_ROOM;
+        let least_ratio = if is_large { LEAST_SHOWN_IN_ROOM } else { LEAST_SHOWN_WITHIN };
+        if ratio_of_different(&surroundings.fronts, &self.fronts_from_outside()) < least_ratio {
+            return None;
+        }
         let ahead = (0..16).map(|index| (index as f32 * (TAU / 16.0)).sine_cosine());
         let ahead = ahead.map(|(sine, cosine)| Vec3::new(sine, 0.0, cosine));
         let width = |direction: &Vec3| surroundings.mean_distance(*direction, (PI / 6.0).cosine());
         let ahead = ahead.max_by(|a, b| width(a).total_cmp(&width(b)))?;
         let eye = surroundings.place - ahead * (0.75 * surroundings.least_distance(-ahead, (PI / 9.0).cosine()));
         Some(Camera::look_at("framing", eye, eye + ahead, Vec3::Y, FOV_WITHIN_DEG))
+    }
+
+    /// The triangles whose fronts are seen from six sides, one for each line of sight that ends at a front.
+    fn fronts_from_outside(&self) -> Vec<u32> {
+        // From the middle of the scene's box, in its diagonals.
+        const DISTANCE: f32 = 4.0;
+        let (center, size) = (self.bounds.center(), self.bounds.diagonal());
+        let half = Vec3A::from(self.bounds.size() * 0.5).max(Vec3A::splat(1e-3 * size));
+        let mut fronts = Vec::new();
+        for side in 0..6 {
+            let axes = axes_towards(side);
+            let place = center - Vec3::from(axes.z_axis) * (DISTANCE * size);
+            // The box fills the picture.
+            let scale = |axis: Vec3A| axis * ((DISTANCE - 0.5) * size / axis.abs().dot(half));
+            let axes = Mat3A::from_cols(scale(axes.x_axis), scale(axes.y_axis), axes.z_axis);
+            fronts.extend(self.seen_from(place, axes).iter().filter_map(|seen| seen.front));
+        }
+        fronts
+    }
+
+    /// Looks at all triangles from a place, along the last of these axes.
+    fn seen_from(&self, place: Vec3, axes: Mat3A) -> [Seen; RESOLUTION * RESOLUTION] {
+        let (to_view, size) = (axes.transpose(), self.bounds.diagonal());
+        let mut seen = [Seen { distance: f32::INFINITY, front: None }; RESOLUTION * RESOLUTION];
+        for (index, corners) in self.triangles.iter().enumerate() {
+            let corners = corners.map(|vertex| to_view * Vec3A::from((self.positions[vertex as usize] - place) / size));
+            look_at_triangle(corners.map(Vec3::from), index as u32, &mut seen);
+        }
+        seen
     }
 
     /// Whether the triangles that show their front to a place could cover most directions from it.
@@ -129,38 +170,39 @@ impl Scene {
     }
 }
 
-/// How far it is to what surrounds a place, in directions all around.
+/// The nearest triangle in one direction.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// In the units of the triangles' corners.
+    distance: f32,
+    /// The triangle, if its front is seen.
+    front: Option<u32>,
+}
+
+/// How far it is to the surfaces around a place, in directions all around.
 struct Surroundings {
     place: Vec3,
     /// Unit directions and distances.
     distances: Vec<(Vec3, f32)>,
+    /// The triangles whose fronts are seen, one for each direction that has one.
+    fronts: Vec<u32>,
 }
 
 impl Surroundings {
     /// What surrounds a place, if nearly everywhere the scene's front is seen from it.
     fn of(scene: &Scene, place: Vec3) -> Option<Self> {
-        let axes = [Vec3::X, Vec3::Y, Vec3::Z];
         let mut distances = Vec::with_capacity(6 * RESOLUTION * RESOLUTION);
-        let (mut in_front, size) = (0, scene.bounds.diagonal());
+        let (mut fronts, size) = (Vec::new(), scene.bounds.diagonal());
         for side in 0..6 {
-            let forward = axes[side / 2] * if side % 2 == 0 { 1.0 } else { -1.0 };
-            let turned = if side % 2 == 0 { [1, 2] } else { [2, 1] };
-            let [across, down] = turned.map(|step| Vec3A::from(axes[(side / 2 + step) % 3]));
-            let axes = Mat3A::from_cols(across, down, forward.into());
-            let mut seen = [(f32::INFINITY, false); RESOLUTION * RESOLUTION];
-            for corners in &scene.triangles {
-                let corners = corners
-                    .map(|vertex| axes.transpose() * Vec3A::from((scene.positions[vertex as usize] - place) / size));
-                look_at_triangle(corners.map(Vec3::from), &mut seen);
-            }
-            for (index, (distance, is_front)) in seen.into_iter().enumerate() {
-                in_front += usize::from(is_front);
+            let axes = axes_towards(side);
+            for (index, seen) in scene.seen_from(place, axes).into_iter().enumerate() {
+                fronts.extend(seen.front);
                 let direction = (axes * Vec3A::from(direction(index))).normalize();
                 // Nothing is to be seen through an opening.
-                distances.push((direction.into(), if distance.is_finite() { distance * size } else { 0.0 }));
+                distances.push((direction.into(), if seen.distance.is_finite() { seen.distance * size } else { 0.0 }));
             }
         }
-        (in_front as f32 >= SURROUNDING_SHARE * distances.len() as f32).then_some(Self { place, distances })
+        (fronts.len() as f32 >= SURROUNDING_SHARE * distances.len() as f32).then_some(Self { place, distances, fronts })
     }
 
     fn towards(&self, direction: Vec3, least_cosine: f32) -> impl Iterator<Item = f32> {
@@ -178,14 +220,40 @@ impl Surroundings {
     }
 }
 
+/// The number of different triangles among the first, for each among as many of the second; infinite where the second
+/// are too few to tell.
+fn ratio_of_different(first: &[u32], second: &[u32]) -> f32 {
+    if second.len() * 10 < first.len() {
+        return f32::INFINITY;
+    }
+    let count = first.len().min(second.len());
+    let different = |all: &[u32]| {
+        let mut some: Vec<u32> = (0..count).map(|index| all[index * all.len() / count]).collect();
+        some.sort_unstable();
+        some.dedup();
+        some.len().max(1)
+    };
+    different(first) as f32 / different(second) as f32
+}
+
+/// Axes to the right, downwards and ahead of a view along one of the six axes.
+fn axes_towards(side: usize) -> Mat3A {
+    let axes = [Vec3A::X, Vec3A::Y, Vec3A::Z];
+    let forward = axes[side / 2] * if side.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let [across, down] = if side.is_multiple_of(2) { [1, 2] } else { [2, 1] };
+    Mat3A::from_cols(axes[(side / 2 + across) % 3], axes[(side / 2 + down) % 3], forward)
+}
+
 /// A direction on a side of the cube; its third coordinate is 1.
 fn direction(index: usize) -> Vec3 {
     let at = |cell: usize| (cell as f32 + 0.5) * (2.0 / RESOLUTION as f32) - 1.0;
     Vec3::new(at(index % RESOLUTION), at(index / RESOLUTION), 1.0)
 }
 
-/// Keeps the distance to a triangle, and whether its front is seen, where it is nearer than what was seen before.
-fn look_at_triangle(corners: [Vec3; 3], seen: &mut [(f32, bool)]) {
+/// Keeps a triangle where it is nearer than what was seen before. Of two in one place the one counts that shows its
+/// front.
+fn look_at_triangle(corners: [Vec3; 3], index_of_triangle: u32, seen: &mut [Seen]) {
+    const SAME_PLACE: f32 = 1e-5;
     let [a, b, c] = corners;
     if corners.iter().all(|corner| corner.z <= 0.0) {
         return;
@@ -210,8 +278,13 @@ fn look_at_triangle(corners: [Vec3; 3], seen: &mut [(f32, bool)]) {
             let depth = ahead / along;
             if is_met && depth.is_finite() && depth > 0.0 {
                 let distance = depth * direction.length();
-                if distance < seen[index].0 {
-                    seen[index] = (distance, along < 0.0);
+                let before = &mut seen[index];
+                let is_front = along < 0.0;
+                // Nothing was seen before where this is not a number.
+                let change = distance / before.distance - 1.0;
+                let is_better = if before.front.is_none() && is_front { SAME_PLACE } else { -SAME_PLACE };
+                if before.distance == f32::INFINITY || change < is_better {
+                    *before = Seen { distance, front: is_front.then_some(index_of_triangle) };
                 }
             }
         }

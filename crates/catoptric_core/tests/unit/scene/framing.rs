@@ -3,6 +3,7 @@
 use catoptric_core::math::Aabb;
 use catoptric_core::scene::{Scene, View};
 use glam::{Affine3A, Vec3, Vec3Swizzles};
+use std::f32::consts::PI;
 
 /// A scene of triangles alone, its fronts outwards.
 fn boxes(boxes: &[Aabb], is_room: bool) -> Scene {
@@ -87,12 +88,52 @@ fn what_surrounds_the_eye_is_seen_from_within() {
     // The same walls seen from behind are a box.
     let eye = boxes(&[room], false).framing(1.5).world_from_camera.translation;
     assert!(!room.contains(eye.into()), "{eye}");
-    // A room of thick walls: a box with another box's inside in it.
-    let mut walls = boxes(&[Aabb { min: room.min - 0.2, max: room.max + 0.2 }], false);
-    let first = walls.positions.len() as u32;
-    walls.positions.extend(&scene.positions);
-    walls.triangles.extend(scene.triangles.iter().map(|corners| corners.map(|corner| corner + first)));
-    assert!(room.contains(walls.framing(1.0).world_from_camera.translation.into()));
+    // Thick walls, a box with another box's inside in it, are a room if they are as large as one, or if things are within.
+    let outside = Aabb { min: room.min - 0.2, max: room.max + 0.2 };
+    let chest = |x, z| Aabb { min: Vec3::new(x, 0.0, z), max: Vec3::new(x + 1.0, 1.2, z + 0.8) };
+    let chests = [chest(-3.0, -1.8), chest(2.0, -1.8), chest(2.0, 1.0), chest(-3.0, 1.0)];
+    let empty = with_triangles_of(boxes(&[outside], false), &scene);
+    let furnished = with_triangles_of(boxes(&[&[outside], &chests[..]].concat(), false), &scene);
+    let is_seen_from_within = |scene: &Scene, scale: f32| {
+        let mut scene = scene.clone();
+        scene.positions.iter_mut().for_each(|position| *position *= scale);
+        scene.bounds = Aabb::around(scene.positions.iter().copied());
+        scene.bounds.contains(scene.framing(1.0).world_from_camera.translation.into())
+    };
+    assert!(is_seen_from_within(&empty, 1.0) && !is_seen_from_within(&empty, 0.1));
+    assert!(is_seen_from_within(&furnished, 1.0) && is_seen_from_within(&furnished, 0.1));
+}
+
+fn with_triangles_of(mut scene: Scene, other: &Scene) -> Scene {
+    let first = scene.positions.len() as u32;
+    scene.positions.extend(&other.positions);
+    scene.triangles.extend(other.triangles.iter().map(|corners| corners.map(|corner| corner + first)));
+    scene
+}
+
+#[test]
+fn small_bodies_whose_faces_stand_twice_once_turned_over_are_seen_from_outside() {
+    for count in [3, 12, 60] {
+        let mut ball = Scene::default();
+        for row in 0..=count {
+            for column in 0..2 * count {
+                let (below_top, around) = (PI * row as f32 / count as f32, PI * column as f32 / count as f32);
+                let (radius, up) = (0.9 * below_top.sin(), 0.9 * below_top.cos());
+                ball.positions.push(Vec3::new(radius * around.cos(), up, radius * around.sin()));
+            }
+        }
+        for row in 0..count {
+            for column in 0..2 * count {
+                let at = |row: u32, column: u32| row * 2 * count + column % (2 * count);
+                let [a, b] = [at(row, column), at(row, column + 1)];
+                let [c, d] = [at(row + 1, column), at(row + 1, column + 1)];
+                ball.triangles.extend([[a, b, c], [b, d, c], [a, c, b], [b, c, d]]);
+            }
+        }
+        ball.bounds = Aabb::around(ball.positions.iter().copied());
+        let eye: Vec3 = ball.framing(1.0).world_from_camera.translation.into();
+        assert!(eye.length() > 1.5, "{count}: {eye}");
+    }
 }
 
 #[test]
