@@ -118,13 +118,18 @@ pub struct Display {
 }
 
 impl Display {
-    /// What shows pixels of surfaces well: as they are where a screen can show them, else by [`automatic_exposure`] and
-    /// [`ToneCurve::Neutral`].
+    /// A display that shows pixels of surfaces well: as they are where a screen can show them. Too bright ones become
+    /// darker until one in twenty is beyond white, so that white things stay white; too dark ones become brighter, by
+    /// [`automatic_exposure`], but no brighter than that. Both with [`ToneCurve::Neutral`].
     pub fn fitting(pixels: impl Iterator<Item = [f32; 4]> + Clone) -> Self {
-        if !is_out_of_range(pixels.clone()) {
-            return Self::default();
-        }
-        Self { exposure_stops: automatic_exposure(pixels), curve: ToneCurve::Neutral }
+        let is_dark = match range(pixels.clone()) {
+            Range::OfScreen => return Self::default(),
+            Range::TooDark => true,
+            Range::TooBright => false,
+        };
+        let white = exposure_of_white(pixels.clone());
+        let stops = if is_dark { automatic_exposure(pixels).min(white).max(0.0) } else { white };
+        Self { exposure_stops: stops.clamp(-MOST_STOPS, MOST_STOPS), curve: ToneCurve::Neutral }
     }
 
     /// What radiance is multiplied by before the tone curve.
@@ -188,14 +193,37 @@ pub fn automatic_exposure(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
     }
 }
 
-/// Whether pixels are so dark or so bright as they stand that a screen shows little of them: their mean below a
-/// fiftieth, or a tenth of them beyond white.
-fn is_out_of_range(pixels: impl Iterator<Item = [f32; 4]>) -> bool {
+/// The exposure, in stops, with which one in twenty pixels is beyond white in one of its channels.
+fn exposure_of_white(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
+    let mut brightest: Vec<f32> = pixels.map(|[r, g, b, _]| r.max(g).max(b)).collect();
+    if brightest.is_empty() {
+        return 0.0;
+    }
+    let place = (brightest.len() - 1) * 19 / 20;
+    let (_, white, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);
+    -white.max(f32::MIN_POSITIVE).logarithm2()
+}
+
+/// How much of pixels a screen shows as they stand.
+enum Range {
+    OfScreen,
+    /// Their mean is below a fiftieth of white.
+    TooDark,
+    /// A tenth of them is beyond white.
+    TooBright,
+}
+
+fn range(pixels: impl Iterator<Item = [f32; 4]>) -> Range {
     let (mut sum, mut clipped, mut count) = (0.0f64, 0u32, 0u32);
     for pixel in pixels {
         sum += f64::from(luminance(pixel).min(1.0));
         clipped += u32::from(pixel[..3].iter().all(|channel| *channel > 1.0));
         count += 1;
     }
-    count > 0 && (sum < f64::from(linear_from_srgb(0.15)) * f64::from(count) || clipped * 10 > count)
+    let least_sum = f64::from(linear_from_srgb(0.15)) * f64::from(count);
+    match (clipped * 10 > count, sum < least_sum) {
+        (true, _) => Range::TooBright,
+        (false, true) => Range::TooDark,
+        (false, false) => Range::OfScreen,
+    }
 }

@@ -47,6 +47,28 @@ fn exposure_brings_the_mean_to_middle_grey() {
     assert!((automatic_exposure(pixels(0.045)) - 2.0).abs() < 1e-4);
     assert_eq!(automatic_exposure(pixels(1e9)), -8.0);
     assert_eq!(automatic_exposure(std::iter::empty()), 0.0);
-    let is_out_of_range = |value| Display::fitting(pixels(value)).curve == ToneCurve::Neutral;
-    assert!(is_out_of_range(5.0) && is_out_of_range(0.001) && !is_out_of_range(0.3));
+}
+
+/// Bright pixels become white, not middle grey, and dark ones no brighter than white.
+#[test]
+fn displays_change_as_little_as_a_screen_needs() {
+    let fitting = |values: &[(f32, usize)]| {
+        let pixels = values.iter().flat_map(|(value, count)| std::iter::repeat_n([*value; 3], *count));
+        Display::fitting(pixels.map(|[r, g, b]| [r, g, b, 1.0]))
+    };
+    assert_eq!(fitting(&[(0.3, 100)]), Display::default());
+    assert_eq!(fitting(&[]), Display::default());
+    let brighter: [(&[(f32, usize)], f32); 6] = [
+        (&[(4.0, 100)], -2.0),
+        (&[(4.0, 11), (0.5, 89)], -2.0),
+        (&[(400.0, 4), (4.0, 11), (0.5, 85)], -2.0),
+        (&[(0.18 / 16.0, 100)], 4.0),
+        (&[(1e-9, 94), (0.25, 6)], 2.0),
+        (&[(1e9, 100)], -8.0),
+    ];
+    for (values, stops) in brighter {
+        let display = fitting(values);
+        assert_eq!(display.curve, ToneCurve::Neutral);
+        assert!((display.exposure_stops - stops).abs() < 1e-4, "{values:?}: {display:?}");
+    }
 }
