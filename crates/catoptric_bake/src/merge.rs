@@ -62,7 +62,7 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
     for (number, unit) in layout.units.iter().enumerate() {
         let name = unit::file_name(number as u64, plan.identity.unit_count());
         let bytes = store.get(&name)?;
-        let decoded = bytes.as_deref().map(|bytes| unit::decode_planned(bytes, &plan.identity, hash, number as u64));
+        let decoded = bytes.as_deref().map(|bytes| plan.identity.units[number].decode(bytes, hash, number as u64));
         let Some(Ok(payload)) = decoded.filter(|found| found.is_ok_and(|found| found.len() as u64 == sizes[number]))
         else {
             // All of them are read, so that all bad ones are reported at once.
@@ -99,7 +99,7 @@ pub fn for_each_unit<E: From<BakeError>>(
     for number in 0..plan.identity.unit_count() {
         let name = unit::file_name(number, plan.identity.unit_count());
         let bytes = store.get(&name)?;
-        let decoded = bytes.as_deref().map(|bytes| unit::decode_planned(bytes, &plan.identity, hash, number));
+        let decoded = bytes.as_deref().map(|bytes| plan.identity.units[number as usize].decode(bytes, hash, number));
         let Some(Ok(payload)) = decoded else {
             // It was replaced meanwhile by a run that is still going on.
             return Err(BakeError::Contended { file: store.place(&name) }.into());

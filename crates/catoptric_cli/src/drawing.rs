@@ -6,7 +6,7 @@ use crate::baked;
 use crate::failure::{Failure, memory};
 use crate::parse::Order;
 use crate::scene_source;
-use crate::settings::Chosen;
+use crate::settings::{self, Chosen};
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::budget::Budgeted;
 use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
@@ -23,6 +23,7 @@ use std::f32::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
+use toml::Table;
 
 const ORBIT_STEP_DEG: f32 = 1.0;
 /// The reference's time is estimated by a picture so many times smaller in both directions.
@@ -189,6 +190,15 @@ impl<'a> Shot<'a> {
         // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, sequence.first)?;
         Ok(shot)
+    }
+
+    /// The method with this id, with the scene's settings and `given` over them; settings that neither gives are those
+    /// of the method's bake.
+    pub(crate) fn choose(&self, id: &str, given: &Table) -> Result<Chosen, Failure> {
+        let info = methods::find(id).map_err(Failure::usage)?;
+        let settings = settings::merged(info, &self.model, given);
+        let choice = self.bakes.choose(info, &settings, &self.scene, self.quality);
+        settings::made_of(info, choice.map_err(Failure::usage)?)
     }
 
     /// From now on the eye sees black where nothing stands before it.
@@ -375,7 +385,7 @@ impl<'a> Shot<'a> {
         let mut view = self.frame_view(&self.scene, self.sequence.first)?;
         let pixels = f64::from(view.width) * f64::from(view.height);
         (view.width, view.height) = ((view.width / ESTIMATE_SCALE).max(1), (view.height / ESTIMATE_SCALE).max(1));
-        let method = methods::create("reference", &toml::Table::new())?;
+        let method = methods::create("reference", &Table::new())?;
         let mut prepared = method.prepare(&self.scene, self.quality, None, progress)?;
         let mut picture = Framebuffer::new(view.width, view.height);
         let start = Instant::now();

@@ -335,7 +335,7 @@ impl Run<'_> {
                 // was sent finds that again.
                 return Ok(if replaced { Outcome::Replaced } else { Outcome::Beaten });
             }
-            match unit::decode_planned(&found, &self.plan.identity, self.listing.hash, number) {
+            match self.plan.identity.units[number as usize].decode(&found, self.listing.hash, number) {
                 Ok(_) => {
                     let name = self.plan.identity.units[number as usize].name.clone();
                     return Err(BakeError::Differs { file: file(), number, name });

@@ -1,9 +1,7 @@
 //! Stores in which plans and units are published: a folder, or anything with the operations of an object store.
 
-mod claim;
 mod local;
 
-pub use claim::Claim;
 pub use local::LocalStore;
 
 use crate::error::BakeError;

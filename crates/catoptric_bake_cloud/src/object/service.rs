@@ -1,6 +1,7 @@
 //! Whose object store it is: clients, and the variables that they are set up by.
 
-use super::{crypto, describe, options, retries};
+use super::crypto;
+use super::requests::{describe, options, retries};
 use object_store::aws::AmazonS3Builder;
 use object_store::azure::MicrosoftAzureBuilder;
 use object_store::gcp::GoogleCloudStorageBuilder;

@@ -1,8 +1,12 @@
 //! A plan: which units a bake consists of. It is made once, published first and never changed.
 
-use crate::container::AnyIdentity;
+mod identity;
+
+pub(crate) use identity::AnyIdentity;
+pub use identity::{Difference, Identity, MAX_IDENTITY_BYTES, PlannedUnit, SCHEMA};
+
 use crate::error::BakeError;
-use crate::identity::{Identity, MAX_IDENTITY_BYTES, PlanHash, SCHEMA};
+use crate::plan_hash::PlanHash;
 use crate::store::{Created, Store};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -1,8 +1,8 @@
 //! A folder that several programs bake into at once, and that the last one removes.
 
-use super::{LocalStore, Store};
 use crate::error::BakeError;
 use crate::plan::{PLAN_NAME, Plan};
+use crate::store::{LocalStore, Store};
 use crate::unit;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind};

@@ -1,7 +1,8 @@
 //! The identity of a bake: everything that its bits depend on, and nothing else.
 
 use crate::error::BakeError;
-use crate::unit;
+use crate::plan_hash::PlanHash;
+use crate::unit::{self, UnitFault};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -35,6 +36,12 @@ pub struct Identity {
     pub units: Vec<PlannedUnit>,
 }
 
+/// The part of any version's identity that holds the version.
+#[derive(Deserialize)]
+pub(crate) struct AnyIdentity {
+    pub(crate) schema: u32,
+}
+
 /// One unit as it was planned.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -56,15 +63,26 @@ impl PlannedUnit {
     pub fn admits(&self, bytes: u64) -> bool {
         if self.at_most { bytes <= self.bytes } else { bytes == self.bytes }
     }
-}
 
-/// BLAKE3 of an identity: the name of a bake.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct PlanHash(pub [u8; 32]);
+    /// The bytes of its payload, if its file has so many.
+    ///
+    /// # Errors
+    /// A [`UnitFault`] where a file of that size cannot be the planned unit.
+    pub(crate) fn payload_bytes(&self, found: u64) -> Result<u64, UnitFault> {
+        let most = unit::file_bytes(self.bytes);
+        let least = if self.at_most { unit::FRAME_BYTES } else { most };
+        match found {
+            _ if found < least => Err(UnitFault::Truncated { expected: least, found }),
+            _ if found > most => Err(UnitFault::Longer { expected: most, found }),
+            _ => Ok(found - unit::FRAME_BYTES),
+        }
+    }
 
-impl fmt::Display for PlanHash {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(formatter, "{byte:02x}"))
+    /// The payload of its file in the bake of a plan, as [`unit::decode`], of a size that the plan allows.
+    pub(crate) fn decode<'a>(&self, bytes: &'a [u8], plan: PlanHash, number: u64) -> Result<&'a [u8], UnitFault> {
+        let payload = unit::decode(bytes, plan, number)?;
+        let found = payload.len() as u64;
+        if self.admits(found) { Ok(payload) } else { Err(UnitFault::OtherSize { planned: self.bytes, found }) }
     }
 }
 
