@@ -1,7 +1,8 @@
 //! Primitives: triangles of every mode, vertex attributes, morph targets.
 
+mod draco;
+
 use super::accessors::{Component, Elements};
-use super::codec::draco;
 use super::schema::{self, Mesh};
 use super::source::Source;
 use catoptric_core::error::SceneError;

@@ -5,15 +5,15 @@
 //! `extensions/2.0/Vendor/EXT_meshopt_compression`, appendices A and B); version 1 of attributes and colours after what
 //! meshoptimizer 1.0 writes.
 
-use super::super::schema::Meshopt;
+use super::schema::Meshopt;
 
 /// The extensions that compress buffer views.
-pub(in super::super) const EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+pub(super) const EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 const CUT_OFF: &str = "the compressed data is cut off";
 
 /// The decompressed bytes of a view: `count` elements of `byteStride` bytes.
-pub(in super::super) fn decode(view: &Meshopt, data: &[u8]) -> Result<Vec<u8>, String> {
+pub(super) fn decode(view: &Meshopt, data: &[u8]) -> Result<Vec<u8>, String> {
     let size = view.count.checked_mul(view.byte_stride).and_then(|size| usize::try_from(size).ok());
     let (Some(size), Ok(stride)) = (size, usize::try_from(view.byte_stride)) else {
         return Err("count times byteStride is too large".into());

@@ -6,24 +6,20 @@ use catoptric_core::error::SceneError;
 use draco_core::{DecodeLimits, DecoderBuffer, FaceIndex, Mesh, MeshDecoder};
 use std::collections::BTreeMap;
 
-pub(in super::super) const EXTENSION: &str = "KHR_draco_mesh_compression";
+pub(super) const EXTENSION: &str = "KHR_draco_mesh_compression";
 
 /// Ceilings for one stream: a few hundred bytes may stand for millions of points.
 const MAX_POINTS: u64 = 16 << 20;
 const MAX_DECODED_BYTES: u64 = 512 << 20;
 
 /// A decompressed mesh.
-pub(in super::super) struct DecodedMesh {
+pub(super) struct DecodedMesh {
     /// By name in glTF: numbers a vertex, and the numbers.
-    pub(in super::super) attributes: BTreeMap<String, (usize, Vec<f32>)>,
-    pub(in super::super) indices: Vec<u32>,
+    pub(super) attributes: BTreeMap<String, (usize, Vec<f32>)>,
+    pub(super) indices: Vec<u32>,
 }
 
-pub(in super::super) fn decode(
-    source: &Source<'_>,
-    compressed: &Draco,
-    owner: &str,
-) -> Result<DecodedMesh, SceneError> {
+pub(super) fn decode(source: &Source<'_>, compressed: &Draco, owner: &str) -> Result<DecodedMesh, SceneError> {
     let field = || format!("{owner}.extensions.{EXTENSION}");
     let view = compressed.buffer_view.ok_or_else(|| source.invalid(field(), "bufferView is missing"))?;
     let bytes = source.view(view, &|| format!("{}.bufferView", field()))?;

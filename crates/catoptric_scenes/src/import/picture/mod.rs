@@ -1,5 +1,11 @@
 //! Decoding of 8-bit pictures for textures, within limits.
 
+#[cfg(feature = "gltf")]
+mod ktx2;
+mod rgba;
+
+pub(super) use rgba::Picture;
+
 use image::{ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 
@@ -10,27 +16,11 @@ const FREE_TEXELS: u64 = 1 << 28;
 /// Texels that are allowed for every byte of an encoded picture; photographs need about 16.
 const TEXELS_PER_BYTE: u64 = 32;
 
-/// A decoded picture: RGBA, rows from the top.
-#[derive(Debug)]
-pub(super) struct Picture {
-    pub(super) width: u32,
-    pub(super) height: u32,
-    pub(super) texels: Vec<[u8; 4]>,
-}
-
-#[cfg(feature = "gltf")]
-impl Picture {
-    /// Returns true if any texel is not fully opaque.
-    pub(super) fn is_translucent(&self) -> bool {
-        self.texels.iter().any(|texel| texel[3] < 255)
-    }
-}
-
 /// The size of a picture, read from its header alone.
 pub(super) fn dimensions(bytes: &[u8]) -> Result<(u32, u32), String> {
     #[cfg(feature = "gltf")]
-    if super::gltf::is_ktx2(bytes) {
-        return super::gltf::ktx2_dimensions(bytes);
+    if ktx2::is_ktx2(bytes) {
+        return ktx2::dimensions(bytes);
     }
     let mut reader = reader(bytes)?;
     // Nothing is decoded here; sizes beyond the limits are told by them.
@@ -47,8 +37,8 @@ pub(super) fn decode_within(bytes: &[u8], budget: &mut TexelBudget) -> Result<Pi
 /// The picture in the bytes of a PNG, JPEG, WebP, TGA or BMP file.
 pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     #[cfg(feature = "gltf")]
-    if super::gltf::is_ktx2(bytes) {
-        return super::gltf::decode_ktx2(bytes);
+    if ktx2::is_ktx2(bytes) {
+        return ktx2::decode(bytes);
     }
     let broken = |error: image::ImageError| format!("is broken or cut off ({error})");
     let picture = reader(bytes)?.decode().map_err(broken)?.into_rgba8();

@@ -3,7 +3,7 @@
 //! The transcoder trusts the container's header, so everything in it is checked here first: KTX 2.0, section 3,
 //! and what KHR_texture_basisu allows of it.
 
-use super::super::super::picture::Picture;
+use super::rgba::Picture;
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
 const MAGIC: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -20,17 +20,17 @@ const BASIS_LZ: u32 = 1;
 const ZSTANDARD: u32 = 2;
 
 /// Returns true if the bytes are a KTX2 container.
-pub(in super::super::super) fn is_ktx2(bytes: &[u8]) -> bool {
+pub(super) fn is_ktx2(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
 /// Width and height, read from the header alone.
-pub(in super::super::super) fn dimensions(bytes: &[u8]) -> Result<(u32, u32), String> {
+pub(super) fn dimensions(bytes: &[u8]) -> Result<(u32, u32), String> {
     Ok((word(bytes, 20)?, word(bytes, 24)?))
 }
 
 /// The picture of the finest level.
-pub(in super::super::super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
+pub(super) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let (width, height) = dimensions(bytes)?;
     check(bytes, width, height)?;
     // Keys and values have no effect on the texels, and the transcoder reads them beyond their end.
