@@ -1,8 +1,10 @@
 //! The order of a call's drawing: layers, their pieces of work, and the labels of their stencils.
 
+use super::attributes::{barycentrics, in_source};
 use super::bin::ListPart;
-use super::source::FOUND;
-use super::{Branch, DrawList, DrawTriangle};
+use super::fragment::LayerSurface;
+use super::ids::FOUND;
+use super::lists::{Branch, DrawList, DrawTriangle};
 use crate::error::RenderError;
 use catoptric_core::scene::PicturePoint;
 use glam::Vec2;
@@ -172,4 +174,15 @@ impl<'a> Plan<'a> {
         let list = list as usize;
         self.lists[list].corners.get((id - self.list_plans[list].first_id) as usize)
     }
+}
+
+/// A surface as passed to the shader at a position in the picture.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2, leeway: f32) -> LayerSurface {
+    let (list, triangle) = plan.triangle(id);
+    let mut barycentrics = barycentrics(plan.corners(list, triangle), position, leeway);
+    if let Some(corners) = plan.corners_in_source(list, id) {
+        barycentrics = in_source(&barycentrics, corners);
+    }
+    LayerSurface { list, source: triangle.source, group: triangle.group, barycentrics }
 }

@@ -4,18 +4,14 @@
 //! mirror's own pixels; such surfaces have no triangles in the picture, but take part in everything that comes after:
 //! stencils of the next layers, fragments, shading.
 
+pub use super::ids::{EMPTY, FOUND, found_id, found_number};
+
 use super::attributes::depth_at;
+use super::fragment::LayerSurface;
 use super::kernel::{BLOCK, Ids, TILE_BLOCKS};
-use super::plan::{LayerPlan, Plan};
-use super::tile::surface_at;
-use super::{DrawTriangle, LayerSurface};
+use super::lists::DrawTriangle;
+use super::plan::{LayerPlan, Plan, surface_at};
 use glam::Vec2;
-
-/// Samples with this bit in their id show a surface that the tile's source has found; the rest is its number.
-pub const FOUND: u32 = 1 << 31;
-
-/// The id of a sample that shows nothing.
-pub use super::kernel::EMPTY;
 
 /// Finds surfaces of the layers above the first, tile by tile.
 pub trait LayerSource: Sync {
@@ -56,17 +52,6 @@ pub struct ShownBySource {
     pub any: bool,
     /// Light divides at some surface of the layer below that the source goes on from.
     pub divides: bool,
-}
-
-/// The id of the surface with this number.
-pub fn found_id(number: u32) -> u32 {
-    number | FOUND
-}
-
-/// The number of the surface with this id, if a source has found it.
-#[inline]
-pub fn found_number(id: u32) -> Option<u32> {
-    (id & FOUND != 0 && id != EMPTY).then_some(id & !FOUND)
 }
 
 /// The layers of a tile so far.

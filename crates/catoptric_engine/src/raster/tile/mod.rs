@@ -1,15 +1,16 @@
 //! A tile of the picture: its layers of samples are drawn, and read back as fragments.
 
-use super::DrawTriangle;
-use super::attributes::{CornerLanes, Weights, barycentrics, in_source, lane, weights};
+mod resolve;
+
+use super::attributes::{CornerLanes, Weights, in_source, lane, weights};
 use super::bin::Bins;
 use super::fragment::{FragmentBatch, FragmentShader, LayerSurface};
 use super::kernel::{
     BLOCK, EMPTY, Ids, Keys, LayerSamples, StencilMask, TILE, TILE_BLOCKS, TilePlace, draw_triangles, edges,
     groups_in_tile, overlap,
 };
-use super::plan::{LayerPlan, Plan};
-use super::resolve::{Chains, FragmentTarget, resolve};
+use super::lists::DrawTriangle;
+use super::plan::{LayerPlan, Plan, surface_at};
 use super::samples::Pattern;
 use super::setup::{PictureSetup, SetupTriangle};
 use super::source::{FOUND, KnownSurfaces, LayerSource, ShownBySource, TileBelow, found_number};
@@ -18,6 +19,7 @@ use catoptric_core::framebuffer::EdgeSamples;
 use catoptric_core::math::lanes::LANES;
 use catoptric_core::scene::shade::Barycentrics;
 use glam::{Vec2, Vec3, Vec4};
+use resolve::{Chains, FragmentTarget, resolve};
 
 /// The distance beside a piece of a surface up to which its attributes are valid, in sizes of the piece.
 const PIECE_LEEWAY: f32 = 1.0;
@@ -435,17 +437,6 @@ fn draw_tested(
             }
         }
     }
-}
-
-/// A surface as passed to the shader at a position in the picture.
-#[inline(always)] // for the instructions of its caller
-pub(super) fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2, leeway: f32) -> LayerSurface {
-    let (list, triangle) = plan.triangle(id);
-    let mut barycentrics = barycentrics(plan.corners(list, triangle), position, leeway);
-    if let Some(corners) = plan.corners_in_source(list, id) {
-        barycentrics = in_source(&barycentrics, corners);
-    }
-    LayerSurface { list, source: triangle.source, group: triangle.group, barycentrics }
 }
 
 /// The surfaces of all chains, with their attributes; `listed` is a buffer.

@@ -1,8 +1,8 @@
 //! Fragments from samples: the samples of a pixel that show the same chain of surfaces are shaded together.
 
-use super::kernel::{BLOCK, EMPTY, Ids, TILE_BLOCKS};
-use super::samples::Pattern;
-use super::source::{KnownSurfaces, LayerSource};
+use super::super::kernel::{BLOCK, EMPTY, Ids, TILE_BLOCKS};
+use super::super::samples::Pattern;
+use super::super::source::{KnownSurfaces, LayerSource};
 use catoptric_core::math::lanes::LANES;
 use glam::Vec2;
 
