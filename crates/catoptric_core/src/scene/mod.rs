@@ -7,17 +7,16 @@ pub mod enclosure;
 pub mod hit;
 mod identity;
 mod light;
-mod light_visibility;
 mod material;
 pub mod model;
 mod pose;
 pub mod roles;
 mod shading;
+mod shadows;
 mod view;
 
 pub use blend::{Attenuation, Blend};
 pub use light::{Light, LightKind};
-pub use light_visibility::LightVisibility;
 pub use material::{
     AlphaMode, Film, LobeTexture, Lobes, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS,
     TextureBinding,
@@ -44,6 +43,8 @@ use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use std::any::Any;
+use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -102,6 +103,31 @@ pub struct Scene {
     pub bounds: Aabb,
     /// The region in which reflectors or views may move.
     pub region: Option<Aabb>,
+}
+
+/// The means of a scene to tell what stands between two points, for shadows of lights.
+pub trait LightVisibility: Debug + Send + Sync {
+    /// The share of light of each colour that goes straight on along a ray to a distance: 0 behind what is opaque, 1
+    /// where nothing stands. The scene is the one that the means were made for.
+    fn passing(&self, scene: &Scene, ray: &Ray, distance: f32) -> Vec3;
+
+    /// Sets the shares of a light that arrive at several points, above the surfaces that they belong to: as many as
+    /// there are points. The same as one after the other, but faster where they are near each other.
+    fn find_passing(&self, scene: &Scene, light: &Light, points: &[Vec3], passing: &mut [Vec3]) {
+        for (point, passing) in points.iter().zip(passing) {
+            let way = light.way_from(*point);
+            *passing = way.map_or(Vec3::ONE, |(ray, distance)| self.passing(scene, &ray, distance));
+        }
+    }
+
+    /// The hierarchy of what stands in the way, which rays of sight use as well if it is of the same objects.
+    fn hierarchy(&self) -> &dyn Any;
+
+    /// The means for another moment of the scene, in which the same triangles are elsewhere; `None` if they have to be
+    /// made anew.
+    fn moved_to(&self, _scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
+        None
+    }
 }
 
 /// One primitive at one place.

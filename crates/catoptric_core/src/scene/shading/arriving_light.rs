@@ -1,6 +1,6 @@
 //! Light that arrives at many points.
 
-use super::super::light_visibility::{ShadowStart, hide};
+use super::super::shadows::{ShadowStart, hide};
 use super::super::{Environment, Light, LightKind, Scene, Sky};
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::Vec2;

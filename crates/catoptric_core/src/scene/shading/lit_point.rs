@@ -1,6 +1,6 @@
 //! The light of points that are worked out alone, and what textures say of points of glossy surfaces.
 
-use super::super::light_visibility::ShadowStart;
+use super::super::shadows::ShadowStart;
 use super::super::{Material, Microfacets, Role, Scene, Texture, TextureBinding};
 use super::arriving_light::{ArrivingLight, SeenSky, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};

@@ -1,7 +1,7 @@
 //! What shading needs of the triangles of many points, and the points sorted by material.
 
 use super::super::super::Scene;
-use super::SurfaceQuery;
+use super::query::SurfaceQuery;
 use glam::{Vec2, Vec3, Vec4};
 
 /// A triangle's attributes: position, normal and coordinates in the material's first texture of its first corner, and

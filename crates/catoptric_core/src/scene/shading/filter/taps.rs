@@ -2,8 +2,8 @@
 
 use super::super::sample_patterns::SAMPLE_PATTERNS;
 use super::super::texture::{MipFilter, Texture, Wrap};
-use super::TextureLookUps;
 use super::arithmetic::{floor, log2};
+use super::look_ups::TextureLookUps;
 use crate::math::lanes::Lanes;
 use glam::Vec2;
 

@@ -1,7 +1,7 @@
 //! Light that lit surfaces with microfacets, normal maps and occlusion send to their viewers: glTF's metallic-roughness
 //! model (glTF 2.0, appendix B), for several points of one material at once.
 
-use super::super::light_visibility::{ShadowStart, hide};
+use super::super::shadows::{ShadowStart, hide};
 use super::super::{Environment, Light, Material, Microfacets, Scene};
 use super::arriving_light::{ArrivingLight, add_suns, headlight};
 use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, ReflectanceTable, grazing_share, lobe, widened_alpha};

@@ -1,7 +1,6 @@
 //! Finds what the surfaces of a scene see of its environment and of its emitters.
 
-use super::super::super::Scene;
-use super::super::super::light_visibility::LightVisibility;
+use super::super::super::{LightVisibility, Scene};
 use super::super::environment::map::Irradiance;
 use super::Sky;
 use super::corners::Corners;
@@ -28,7 +27,7 @@ impl Scene {
         progress: &dyn Progress,
     ) -> Result<Option<Sky>, Cancelled> {
         let emitters = self.find_emitters();
-        let picture = self.environment.as_ref().map(|environment| environment.picture_within(MOST_COLUMNS).1);
+        let picture = self.environment.as_ref().map(|environment| environment.picture.within(MOST_COLUMNS).1);
         if emitters.is_none() && picture.is_none() {
             return Ok(None);
         }
