@@ -9,6 +9,7 @@ mod identity;
 mod light;
 mod material;
 pub mod model;
+mod name_pattern;
 mod pose;
 pub mod roles;
 mod shading;
