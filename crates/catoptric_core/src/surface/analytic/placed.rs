@@ -1,8 +1,11 @@
 //! Surfaces in the world.
 
-use super::{AnalyticSurface, ImplicitShape, Sphere, Taylor2, Taylor3, with_shape};
-use super::{Plane, derivatives::outer};
+use super::derivatives::outer;
+use super::implicit_shape::ImplicitShape;
+use super::shapes::{Plane, Sphere};
+use super::{AnalyticSurface, with_shape};
 use crate::math::Aabb;
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// A surface placed in the world by a rotation and a translation.

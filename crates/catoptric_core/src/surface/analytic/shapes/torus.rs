@@ -1,10 +1,14 @@
-use super::derivatives::{self, ImplicitFunction, outer};
-use super::ray::{clip, product_of_quadratics, roomy};
-use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, cells, revolved};
-use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
+//! Tori.
+
+use super::super::derivatives::{self, ImplicitFunction, outer};
+use super::super::implicit_shape::ImplicitShape;
+use super::super::parameters::{SurfaceError, checked_length};
+use super::super::ray::{clip, product_of_quadratics, roomy};
+use super::super::tessellation::mesh::{ProfilePoint, SurfaceMesh, cells, revolved};
 use crate::math::portable::PortableMath;
 use crate::math::roots::first_bernstein_root;
 use crate::math::scalar::Scalar;
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
@@ -41,7 +45,7 @@ impl Torus {
         self.minor_radius
     }
 
-    pub(super) fn scaled(&self, scale: f64) -> Self {
+    pub(in super::super) fn scaled(&self, scale: f64) -> Self {
         Self { major_radius: self.major_radius * scale, minor_radius: self.minor_radius * scale }
     }
 

@@ -2,14 +2,16 @@
 
 mod expression;
 
-use super::derivatives::{self, ImplicitFunction};
-use super::ray::clip;
-use super::tessellation::mesh::SurfaceMesh;
-use super::tessellation::polygonise::{Field, polygonise};
-use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_bounds};
+use super::super::derivatives::{self, ImplicitFunction};
+use super::super::implicit_shape::ImplicitShape;
+use super::super::parameters::{SurfaceError, checked_bounds};
+use super::super::ray::clip;
+use super::super::tessellation::mesh::SurfaceMesh;
+use super::super::tessellation::polygonise::{Field, polygonise};
 use crate::math::interval::{Interval, IntervalDual};
 use crate::math::roots::first_interval_root;
 use crate::math::scalar::Scalar;
+use crate::surface::taylor::{Taylor2, Taylor3};
 pub use expression::{Expression, Instruction};
 use glam::DVec3;
 use num_dual::Dual64;
@@ -60,7 +62,7 @@ impl Implicit {
     /// The most values that wait at once while a program runs.
     pub const MAX_DEPTH: usize = expression::MAX_DEPTH;
 
-    pub(super) fn scaled(&self, scale: f64) -> Self {
+    pub(in super::super) fn scaled(&self, scale: f64) -> Self {
         let bounds = self.bounds.map(|corner| corner * scale);
         Self { bounds, scale: self.scale * scale, ..self.clone() }
     }

@@ -1,7 +1,11 @@
-use super::derivatives::without_third;
+//! Ellipsoids.
+
+use super::super::derivatives::without_third;
+use super::super::implicit_shape::ImplicitShape;
+use super::super::parameters::{SurfaceError, checked_length};
+use super::super::tessellation::mesh::{SurfaceMesh, cells, sphere_mesh};
 use super::sphere::{RINGS, meet_sphere};
-use super::tessellation::mesh::{SurfaceMesh, cells, sphere_mesh};
-use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DMat3, DVec3};
 
 /// An ellipsoid about the origin: `g = (x^2/a^2 + y^2/b^2 + z^2/c^2 - 1) m / 2` with the smallest radius `m`.
@@ -29,7 +33,7 @@ impl Ellipsoid {
         self.radii
     }
 
-    pub(super) fn scaled(&self, scale: f64) -> Self {
+    pub(in super::super) fn scaled(&self, scale: f64) -> Self {
         Self::of_radii(self.radii * scale)
     }
 }

@@ -1,11 +1,15 @@
-use super::derivatives::{self, ImplicitFunction, outer};
-use super::ray::{clip, roomy};
-use super::tessellation::mesh::{SurfaceMesh, cells};
-use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_length};
+//! Superquadrics.
+
+use super::super::derivatives::{self, ImplicitFunction, outer};
+use super::super::implicit_shape::ImplicitShape;
+use super::super::parameters::{SurfaceError, checked_length};
+use super::super::ray::{clip, roomy};
+use super::super::tessellation::mesh::{SurfaceMesh, cells};
 use crate::math::interval::{Interval, IntervalDual};
 use crate::math::portable::PortableMath;
 use crate::math::roots::first_interval_root;
 use crate::math::scalar::Scalar;
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DMat3, DVec3, Vec2};
 use std::f64::consts::FRAC_PI_2;
 
@@ -53,7 +57,7 @@ impl Superquadric {
         self.exponents
     }
 
-    pub(super) fn scaled(&self, scale: f64) -> Self {
+    pub(in super::super) fn scaled(&self, scale: f64) -> Self {
         Self { radii: self.radii * scale, exponents: self.exponents }
     }
 

@@ -1,9 +1,13 @@
-use super::derivatives::without_third;
-use super::ray::clip;
-use super::tessellation::mesh::SurfaceMesh;
-use super::tessellation::polygonise::{Field, polygonise};
-use super::{ImplicitShape, SurfaceError, Taylor2, Taylor3, checked_bounds};
+//! Quadrics.
+
+use super::super::derivatives::without_third;
+use super::super::implicit_shape::ImplicitShape;
+use super::super::parameters::{SurfaceError, checked_bounds};
+use super::super::ray::clip;
+use super::super::tessellation::mesh::SurfaceMesh;
+use super::super::tessellation::polygonise::{Field, polygonise};
 use crate::math::roots::first_bernstein_root;
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DMat3, DVec3};
 
 /// The part of a quadric within bounds: `g` is the polynomial, divided by the largest length of its gradient within
@@ -64,7 +68,7 @@ impl Quadric {
         self.coefficients
     }
 
-    pub(super) fn scaled(&self, scale: f64) -> Self {
+    pub(in super::super) fn scaled(&self, scale: f64) -> Self {
         let mut coefficients = self.coefficients;
         let (second, lower) = coefficients.split_at_mut(6);
         second.iter_mut().for_each(|c| *c /= scale * scale);

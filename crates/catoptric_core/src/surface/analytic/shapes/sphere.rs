@@ -1,16 +1,19 @@
-use super::derivatives::without_third;
-use super::tessellation::mesh::{SurfaceMesh, cells, sphere_mesh};
-use super::{ImplicitShape, Taylor2, Taylor3};
+//! Spheres.
+
+use super::super::derivatives::without_third;
+use super::super::implicit_shape::ImplicitShape;
+use super::super::tessellation::mesh::{SurfaceMesh, cells, sphere_mesh};
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DMat3, DVec3};
 
 /// `g = (|p|^2 - r^2) / 2r`.
-pub(super) struct Sphere {
-    pub(super) radius: f64,
+pub(in super::super) struct Sphere {
+    pub(in super::super) radius: f64,
 }
 
 /// Rings of the tessellation: the error is at most `1 - cos` of half a cell's diagonal, a radius: 9.7e-5, which is
 /// 2.8e-5 of the box's diagonal.
-pub(super) const RINGS: u32 = 160;
+pub(in super::super) const RINGS: u32 = 160;
 
 impl ImplicitShape for Sphere {
     fn corners(&self) -> [DVec3; 2] {
@@ -53,7 +56,7 @@ impl ImplicitShape for Sphere {
 
 /// The hit of a ray (its direction of any length) with a sphere about the origin.
 #[inline]
-pub(super) fn meet_sphere(origin: DVec3, direction: DVec3, radius2: f64, near: f64, far: f64) -> Option<f64> {
+pub(in super::super) fn meet_sphere(origin: DVec3, direction: DVec3, radius2: f64, near: f64, far: f64) -> Option<f64> {
     let length2 = direction.length_squared();
     let along = -origin.dot(direction) / length2;
     // Distance of the ray's line from the centre, without cancellation.

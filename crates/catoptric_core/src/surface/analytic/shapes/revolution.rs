@@ -1,10 +1,14 @@
-use super::derivatives::{self, ImplicitFunction, outer};
-use super::ray::{clip, roomy};
-use super::tessellation::mesh::{ProfilePoint, SurfaceMesh, cells, revolved};
-use super::{ImplicitShape, MAX_LENGTH, MIN_LENGTH, SurfaceError, Taylor2, Taylor3, checked_length};
+//! Surfaces of revolution.
+
+use super::super::derivatives::{self, ImplicitFunction, outer};
+use super::super::implicit_shape::ImplicitShape;
+use super::super::parameters::{MAX_LENGTH, MIN_LENGTH, SurfaceError, checked_length};
+use super::super::ray::{clip, roomy};
+use super::super::tessellation::mesh::{ProfilePoint, SurfaceMesh, cells, revolved};
 use crate::math::portable::PortableMath;
 use crate::math::roots::first_bernstein_root;
 use crate::math::scalar::Scalar;
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DMat3, DVec3};
 
 /// A surface of revolution about the y axis that stands on the origin, without lids: its radius at the height `y` is
@@ -62,7 +66,7 @@ impl Revolution {
         self.profile
     }
 
-    pub(super) fn scaled(&self, scale: f64) -> Self {
+    pub(in super::super) fn scaled(&self, scale: f64) -> Self {
         Self {
             height: self.height * scale,
             profile: self.profile.map(|coefficient| coefficient * scale),

@@ -1,12 +1,15 @@
-use super::derivatives::without_third;
-use super::tessellation::mesh::SurfaceMesh;
-use super::{ImplicitShape, Taylor2, Taylor3};
+//! Rectangles.
+
+use super::super::derivatives::without_third;
+use super::super::implicit_shape::ImplicitShape;
+use super::super::tessellation::mesh::SurfaceMesh;
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 
 /// `g = y`.
-pub(super) struct Plane {
-    pub(super) half_width: f64,
-    pub(super) half_height: f64,
+pub(in super::super) struct Plane {
+    pub(in super::super) half_width: f64,
+    pub(in super::super) half_height: f64,
 }
 
 impl ImplicitShape for Plane {
