@@ -3,7 +3,7 @@
 
 use crate::commands::{self, Line, settings_of};
 use crate::panels::{below, beside_of_width, save_small};
-use crate::root;
+use crate::repository::root;
 use crate::stage::{self, median, print, rgb, timed};
 use anyhow::{Context, Result, bail};
 use catoptric::framebuffer::Framebuffer;

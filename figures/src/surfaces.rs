@@ -1,7 +1,7 @@
 //! Rough and bumpy mirrors: pictures, errors and times beside the reference's.
 
 use crate::panels::{below, beside_of_width, save_small};
-use crate::root;
+use crate::repository::root;
 use crate::stage::{Stage, flip, print, rgb, stage_ms};
 use anyhow::{Context, Error, Result};
 use catoptric::light::visibility::cast_shadows;

@@ -1,7 +1,6 @@
 //! Figure 19: what building the cameras takes.
 
-use super::CAMERAS;
-use crate::stage::{Stage, count, median, print, stage_ms};
+use crate::stage::{CAMERAS, Stage, count, median, print, stage_ms};
 use anyhow::{Context, Result};
 use catoptric::methods::Report;
 

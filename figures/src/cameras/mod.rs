@@ -5,35 +5,22 @@ mod construction;
 mod highlights;
 mod hybrid;
 mod morphing;
+mod rows;
+mod sizes;
+mod weights;
 
-use crate::commands::{Figure, Line, Shot, settings_of};
+use crate::commands::{Figure, Line};
 use crate::panels::{below, beside, beside_of_width, cut, save_small};
-use crate::root;
-use crate::stage::{self, Stage, count, flip, print, rgb};
+use crate::repository::root;
+use crate::stage::{BUNDLE, CAMERAS, PINHOLE, Stage, count, flip, print, rgb};
 use anyhow::Result;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::light::visibility::cast_shadows;
 use catoptric::methods::projection::sample_based_camera::{SampleBasedCameraSettings, visible_pieces};
 use catoptric::progress::Silent;
-use catoptric::scene::Attenuation;
 use image::{Rgb, RgbImage};
-
-/// The method of this page.
-pub(crate) const CAMERAS: &str = "sample_based_camera";
-/// The paper's cameras at the paper's accuracy.
-pub(crate) const PINHOLE: &str = "preset = 'faithful'";
-/// Ours, as they are without any setting.
-const BUNDLE: &str = "";
-
-/// The size of the paper's pictures.
-const FULL: [u32; 2] = [720, 480];
-/// The size of pictures that are shown in one panel only.
-const PANEL: [u32; 2] = [360, 240];
-
-/// The part of the pictures of `sphere_room` that shows the ball.
-pub(crate) const BALL: [f32; 4] = [0.27, 0.1, 0.46, 0.72];
-/// The width of panels that show the ball alone.
-const NARROW: u32 = 240;
+use rows::{line, of_stage};
+use sizes::{BALL, FULL, NARROW, PANEL};
+use weights::weighed;
 
 type Draw = fn() -> Result<RgbImage>;
 
@@ -66,20 +53,6 @@ pub(crate) fn draw(wanted: &str) -> Result<()> {
         morphing::print_walk()?;
     }
     Ok(())
-}
-
-/// A line of a figure: scene, size, samples, order, method, settings.
-type Row<'a> = (&'a str, [u32; 2], u32, u32, &'a str, &'a str);
-
-/// The line of what a [`Stage`] draws.
-fn of_stage((scene, size, samples, order, method, settings): Row<'_>) -> Line {
-    line((scene, size, samples, order, method, &stage::alone_if_cameras(method, settings)))
-}
-
-fn line((scene, size, samples, order, method, settings): Row<'_>) -> Line {
-    let settings = settings_of(settings);
-    let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-    Shot { scene: &format!("builtin:{scene}"), size, samples, order }.drawn(method, &settings)
 }
 
 /// The lines of the figures that the program can draw: others turn, weigh or colour what it shows.
@@ -142,60 +115,9 @@ fn three_methods() -> Result<RgbImage> {
     Ok(below(&[beside(above), beside(under)]))
 }
 
-/// The weights of a reflection by angle and by distance.
-type Weights = (Option<[f32; 2]>, Option<Attenuation>);
-
-/// Those of figure 14; distances are shares of a scene's size.
-fn weights(scene_size: f32) -> [(&'static str, Weights); 8] {
-    let fade = |share: f32, least, greatest| {
-        (None, Some(Attenuation { distance: share * scene_size, specularity: [least, greatest] }))
-    };
-    let ramp = |least, greatest| (Some([least, greatest]), None);
-    [
-        ("a: all reflection", (None, None)),
-        ("b: ramp 0.2/1 and fading 0.3/0.1/1", (Some([0.2, 1.0]), fade(0.3, 0.1, 1.0).1)),
-        ("c1: ramp 0/0.5", ramp(0.0, 0.5)),
-        ("c2: ramp 0/1", ramp(0.0, 1.0)),
-        ("c3: ramp 0.5/1", ramp(0.5, 1.0)),
-        ("d1: fading 0.15/0/0.25", fade(0.15, 0.0, 0.25)),
-        ("d2: fading 0.3/0/0.25", fade(0.3, 0.0, 0.25)),
-        ("d3: fading 0.3/0/0.5", fade(0.3, 0.0, 0.5)),
-    ]
-}
-
 /// Figure 14: how the reflection is weighed against the reflector's own colour.
 fn surface_properties() -> Result<RgbImage> {
     weighed("sphere_room?blend=both", BALL)
-}
-
-/// The pictures of figure 14 of a scene with a blended reflector: the part of each that shows it.
-fn weighed(specification: &str, part: [f32; 4]) -> Result<RgbImage> {
-    let size = Stage::new(specification, FULL, 1)?.scene.bounds.diagonal();
-    let weights = weights(size);
-    let weighed = |(_, (fresnel, attenuation)): &(&str, Weights)| -> Result<Stage> {
-        let mut stage = Stage::new(specification, FULL, 1)?.with_samples(16);
-        for material in &mut stage.scene.materials {
-            if let Some(blend) = &mut material.blend {
-                (blend.fresnel, blend.attenuation) = (*fresnel, *attenuation);
-            }
-        }
-        cast_shadows(&mut stage.scene);
-        Ok(stage)
-    };
-    let stages = weights.iter().map(weighed).collect::<Result<Vec<_>>>()?;
-    let mut session = stages[0].session(CAMERAS, BUNDLE)?;
-    print("| picture | FLIP on the ball | frame ms |\n|---|---|---|")?;
-    let mut panels = Vec::new();
-    for ((label, _), stage) in weights.iter().zip(&stages) {
-        // The mirror's shape stays, so the cameras and all virtual meshes do.
-        session.update(&stage.scene)?;
-        let drawn = stage::draw(&mut session, &stage.view, 1)?;
-        let error = flip(&drawn.picture, &stage.truth()?, &stage.mask())?;
-        print(&format!("| {label} | {error:.4} | {:.0} |", drawn.first_ms))?;
-        panels.push(cut(&rgb(&drawn.picture)?, part));
-    }
-    let (above, under) = panels.split_at(4);
-    Ok(below(&[above, under].map(|row| beside_of_width(row, NARROW))))
 }
 
 /// Figure 16: resolutions of the ray map.
@@ -307,6 +229,7 @@ fn colour_of([path, piece]: [u32; 2]) -> [u8; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stage;
 
     #[test]
     fn a_ball_is_one_piece_of_one_reflector() {

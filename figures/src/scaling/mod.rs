@@ -5,9 +5,8 @@ pub(crate) mod growth;
 pub(crate) mod motion;
 mod plot;
 
-use crate::cameras::CAMERAS;
-use crate::root;
-use crate::stage::{Stage, count, print, stage_ms};
+use crate::repository::root;
+use crate::stage::{CAMERAS, Stage, count, print, stage_ms};
 use anyhow::{Context, Result, anyhow};
 use catoptric::methods::Report;
 use catoptric::scene::model::{AnalyticAsset, LocalTransform, Model};

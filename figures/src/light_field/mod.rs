@@ -4,9 +4,9 @@ mod library;
 
 use crate::commands::{self, Line};
 use crate::panels::{below, beside, cut, save_small};
-use crate::program::{catoptric, compare};
+use crate::program::{self, catoptric, compare};
+use crate::repository::{root, run};
 use crate::stage::print;
-use crate::{program, root, run};
 use anyhow::{Context, Result};
 use image::RgbImage;
 use library::{coordinates, scenes, slab_choice};
