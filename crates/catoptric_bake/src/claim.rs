@@ -13,8 +13,8 @@ const LOCK_NAME: &str = "lock";
 
 /// A hold on a folder for one bake: while there is one, no other program removes what is in it.
 ///
-/// It is a lock of the operating system, so programs that are killed hold nothing. On file systems that have no locks
-/// nothing is removed.
+/// The hold is a lock of the operating system, so programs that are killed hold nothing. On file systems that have no
+/// locks nothing is removed.
 #[derive(Debug)]
 pub struct Claim {
     store: LocalStore,
@@ -117,7 +117,7 @@ mod tests {
         assert!(!first.remove(&plan), "the second one is at work");
         assert_eq!(run(&plan, second.store(), &work(&plan), &RunOptions::default()).unwrap().skipped, 3);
         assert!(second.remove(&plan) && !parts.exists());
-        // What is not the bake's stays.
+        // Files that are not the bake's stay.
         let claim = Claim::new(&parts).unwrap();
         fs::write(parts.join("notes.txt"), b"mine").unwrap();
         assert!(claim.remove(&plan));

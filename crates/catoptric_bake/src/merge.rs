@@ -24,7 +24,8 @@ pub struct Merged {
 /// Merges all units of a plan into a baked file ([`BakedFile`](crate::BakedFile)), one at a time. The file appears by
 /// rename, whole or not at all, and replaces one of that name.
 ///
-/// Its bits follow from the plan's identity and the units alone, in whatever order, shards and threads these were made.
+/// The file's bits follow from the plan's identity and the units alone, in whatever order, shards and threads these
+/// were made.
 ///
 /// # Errors
 /// [`BakeError::Incomplete`] when a unit is missing or bad; [`BakeError::Full`] and [`BakeError::Write`] for the
@@ -67,7 +68,7 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
         else {
             // All of them are read, so that all bad ones are reported at once.
             refuse_incomplete(&status(plan, store, Check::Contents)?, &place)?;
-            // It was replaced meanwhile by a run that is still going on.
+            // A run that is still going on has replaced the unit meanwhile.
             return Err(contended(&name));
         };
         hashes.push(blake3::hash(payload).into());
@@ -101,7 +102,7 @@ pub fn for_each_unit<E: From<BakeError>>(
         let bytes = store.get(&name)?;
         let decoded = bytes.as_deref().map(|bytes| plan.identity.units[number as usize].decode(bytes, hash, number));
         let Some(Ok(payload)) = decoded else {
-            // It was replaced meanwhile by a run that is still going on.
+            // A run that is still going on has replaced the unit meanwhile.
             return Err(BakeError::Contended { file: store.place(&name) }.into());
         };
         take(number, payload)?;

@@ -32,7 +32,7 @@ pub struct Status {
     pub complete: u64,
     /// The number of missing units.
     pub missing: u64,
-    /// Those that are there and bad.
+    /// The units that are there and bad.
     pub bad: Vec<BadUnit>,
     /// Names of temporary files: of writers at work or killed.
     pub left_over: Vec<String>,
@@ -43,11 +43,11 @@ pub struct Status {
 /// A unit that is there and bad.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct BadUnit {
-    /// Its number.
+    /// The unit's number in the plan.
     pub number: u64,
-    /// Its file's name in the store.
+    /// The name of the unit's file in the store.
     pub file: String,
-    /// Its fault.
+    /// The reason why the file is not the planned unit.
     pub why: UnitFault,
 }
 

@@ -25,7 +25,7 @@ pub const MAX_PAYLOAD_BYTES: u64 = MAX_FILE_BYTES - FRAME_BYTES;
 /// Why a file is not the unit that it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnitFault {
-    /// Its end is missing.
+    /// The end of the file is missing.
     Truncated {
         /// The right number of bytes.
         expected: u64,
@@ -39,26 +39,26 @@ pub enum UnitFault {
         /// The number found.
         found: u64,
     },
-    /// It does not begin as units do.
+    /// The file does not begin as units do.
     Foreign,
-    /// Its hash does not fit.
+    /// The hash does not fit the content.
     Damaged,
-    /// It is whole, and of another version of the format.
+    /// The file is whole, and of another version of the format.
     OtherVersion {
-        /// Its version.
+        /// The version of the file.
         found: u32,
     },
-    /// It is whole, and of another bake.
+    /// The file is whole, and of another bake.
     OtherPlan {
-        /// That bake's name.
+        /// The name of that bake.
         found: PlanHash,
     },
-    /// It is whole, and another unit of this bake.
+    /// The file is whole, and another unit of this bake.
     OtherUnit {
-        /// Its number.
+        /// The number of that unit.
         found: u64,
     },
-    /// It is whole, and its payload has another size than planned.
+    /// The file is whole, and its payload has another size than planned.
     OtherSize {
         /// The size in the plan, or the largest that it allows.
         planned: u64,

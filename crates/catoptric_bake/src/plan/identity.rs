@@ -46,14 +46,14 @@ pub(crate) struct AnyIdentity {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlannedUnit {
-    /// Its name, for people.
+    /// The unit's name, for people.
     pub name: String,
     /// The bytes of its payload, or the most that it may have.
     pub bytes: u64,
-    /// Its payload may have fewer: how many is known only once it is made.
+    /// The payload may have fewer bytes: how many is known only once it is made.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub at_most: bool,
-    /// It is made at once with the unit before it: both are in one batch, and so in one shard.
+    /// The unit is made at once with the unit before it: both are in one batch, and so in one shard.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub with_previous: bool,
 }
@@ -91,9 +91,9 @@ impl PlannedUnit {
 pub struct Difference {
     /// The field, such as `settings: st`.
     pub field: String,
-    /// Its value in the bake.
+    /// The field's value in the bake.
     pub baked: String,
-    /// Its value in the requested identity.
+    /// The field's value in the requested identity.
     pub asked: String,
 }
 
@@ -235,7 +235,7 @@ fn differing(path: &str, baked: &Value, asked: &Value) -> Option<Difference> {
     match (baked, asked) {
         (Value::Object(baked), Value::Object(asked)) => {
             let keys: BTreeSet<&String> = baked.keys().chain(asked.keys()).collect();
-            // What only one of them has follows from what both have, such as settings of a choice.
+            // Fields that only one of them has follow from fields that both have, such as settings of a choice.
             let (common, others): (Vec<&String>, Vec<&String>) =
                 keys.into_iter().partition(|key| baked.contains_key(*key) && asked.contains_key(*key));
             common.into_iter().chain(others).find_map(|key| {
@@ -293,7 +293,7 @@ mod tests {
         assert_eq!(one.difference(&other), None);
         assert_ne!(one.hash(), identity(&[3, 4]).hash());
         assert_eq!(one.hash().to_string().len(), 64);
-        // It is JSON, whatever characters names have.
+        // The canonical form is JSON, whatever characters names have.
         let odd = with(|identity| identity.units[0].name = "a \"row\"\n\u{1}\u{10ffff}".into());
         assert_eq!(serde_json::from_slice::<Identity>(&odd.canonical_bytes()).unwrap(), odd);
     }

@@ -9,7 +9,7 @@ use crate::error::BakeError;
 /// The outcome of creating a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Created {
-    /// It is there now, whole.
+    /// The file is there now, whole.
     New,
     /// There was one already; it is as it was.
     Existed,
@@ -18,9 +18,9 @@ pub enum Created {
 /// A file of a store.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Its name.
+    /// The file's name.
     pub name: String,
-    /// Its bytes.
+    /// The size of the file in bytes.
     pub bytes: u64,
 }
 
