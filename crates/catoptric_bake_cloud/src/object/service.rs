@@ -59,7 +59,7 @@ impl Service {
     /// The client for a bucket (Azure: a container), set up by variables of the environment. Others are ignored.
     ///
     /// # Errors
-    /// What does not fit.
+    /// The text about variables that do not fit.
     pub(super) fn client(
         self,
         bucket: &str,
