@@ -59,9 +59,9 @@ pub(crate) type Taker<'t> = dyn FnMut(u32, &Drawing) -> Result<ControlFlow<()>, 
 pub(crate) struct Drawing {
     /// The last frame.
     pub(crate) picture: Framebuffer,
-    /// Its view.
+    /// The view of the last frame.
     pub(crate) view: View,
-    /// Its scene.
+    /// The scene of the last frame.
     pub(crate) scene: Arc<Scene>,
     /// The method, prepared for that scene.
     pub(crate) prepared: Box<dyn Prepared>,
@@ -90,7 +90,7 @@ pub(crate) struct Drawing {
 pub(crate) struct Processor {
     /// `cpu` or `gpu`.
     pub(crate) backend: &'static str,
-    /// Its name.
+    /// The processor's name.
     pub(crate) device: String,
 }
 
@@ -146,7 +146,7 @@ impl<'a> Shot<'a> {
         let mut shot = Self::of(model, moment, (view, motion, sequence), quality, bakes, progress)?;
         shot.quality.order = match draw.order {
             Order::Exact(order) => order,
-            // That of bakes, where none is named.
+            // Bakes have order 2 where none is named.
             Order::Auto if !draw.baked.is_empty() => 2,
             Order::Auto => shot.scene.order_needed(),
         };
@@ -160,7 +160,7 @@ impl<'a> Shot<'a> {
         Ok(Self { budget_ms: draw.budget_ms, setup_ms, gpu, ..shot })
     }
 
-    /// Of a scene that is known already, without times.
+    /// A shot of a scene that is known already, without times.
     pub(crate) fn of(
         model: Model,
         (roles, shadows, time): Moment,
@@ -281,7 +281,7 @@ impl<'a> Shot<'a> {
                 drawing
             });
             match drawn {
-                // What only the CPU can draw.
+                // Only the CPU can draw this.
                 Err(Failure::Input(problem)) if !gpu.is_wanted && !are_some_taken => {
                     let mut drawing = self.draw_on_cpu(chosen, take, progress)?;
                     drawing.warnings.push(format!("drawn on the CPU: {problem}"));

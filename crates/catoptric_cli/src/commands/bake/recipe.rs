@@ -39,7 +39,7 @@ pub(super) struct Recipe {
     #[serde(default)]
     shadows: bool,
     method: String,
-    /// Those given, over the scene's own.
+    /// The settings given, over the scene's own.
     settings: Table,
     order: u32,
 }
