@@ -93,7 +93,7 @@ impl Kept {
 pub(super) struct PrimitiveReader<'r, 's> {
     source: &'s Source<'r>,
     primitive: &'s schema::Primitive,
-    /// Its place in the file, for messages.
+    /// The primitive's place in the file, for messages.
     owner: String,
     decoded: Option<draco::DecodedMesh>,
 }
