@@ -139,7 +139,7 @@ mod tests {
         session.draw(&scene.default_view(96, 72)).expect("valid").report
     }
 
-    /// What the pages print is enough to have the methods draw for themselves.
+    /// The lines that pages print are enough to have the methods draw for themselves.
     #[test]
     fn printed_lines_are_drawn_by_the_method_itself() {
         for (page, method) in [

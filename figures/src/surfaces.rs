@@ -140,7 +140,7 @@ fn workshop() -> Result<Option<RgbImage>> {
     Ok(Some(below(&rows)))
 }
 
-/// What lights, normal maps and an environment cost where nothing mirrors.
+/// The costs of lights, normal maps and an environment where nothing mirrors.
 fn cost() -> Result<Option<RgbImage>> {
     print(
         "| surfaces | Lambert's law ms | metallic-roughness ms | ratio | with shadows ms | reference, Lambert ms | \

@@ -11,7 +11,7 @@ use image::RgbImage;
 /// The weights of a reflection by angle and by distance.
 type Weights = (Option<[f32; 2]>, Option<Attenuation>);
 
-/// Those of figure 14; distances are shares of a scene's size.
+/// The weights of figure 14; distances are shares of a scene's size.
 fn weights(scene_size: f32) -> [(&'static str, Weights); 8] {
     let fade = |share: f32, least, greatest| {
         (None, Some(Attenuation { distance: share * scene_size, specularity: [least, greatest] }))

@@ -10,10 +10,10 @@ use catoptric_scenes::{builtin, import};
 use std::path::Path;
 use std::time::Instant;
 
-/// What takes longer is marked in the table.
+/// The time in seconds beyond which a first frame is marked in the table.
 const GOAL_S: f64 = 10.0;
 
-/// What is drawn of each scene.
+/// The options with which each scene is drawn.
 const QUESTION: [&str; 7] = ["--size", "640x480", "--samples", "4", "--order", "2", "--quiet"];
 
 /// A scene of the table.
