@@ -168,7 +168,7 @@ fn stands_in_a_page(base: &str) -> Result<()> {
     page.value(&format!("{ELEMENT}.setAttribute('settings', 'paralax=box')"))?;
     page.wait_for("told.some(text => text.includes('there is no setting `paralax`'))")?;
     save(&page.screenshot()?, "element")?;
-    // It goes with its worker.
+    // Without the element its worker goes, too.
     page.value(&format!("{ELEMENT}.remove()"))?;
     page.complaints.retain(|complaint| !complaint.contains("404"));
     ensure!(page.complaints.is_empty(), "the page complains: {:?}", page.complaints);

@@ -22,7 +22,7 @@ pub(super) const STATE: &str = "JSON.parse(catoptric.state())";
 /// True once everything is there that is wanted.
 pub(super) const SHARP: &str = "typeof catoptric === 'object' && JSON.parse(catoptric.state()).sharp";
 
-/// What the viewer tells of itself.
+/// The state that the viewer tells of itself.
 pub(super) fn state(page: &mut Page) -> Result<Value> {
     page.value(STATE)
 }
