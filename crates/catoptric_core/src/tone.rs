@@ -30,7 +30,7 @@ impl ToneCurve {
     pub const NAMES: [(Self, &'static str); 4] =
         [(Self::None, "none"), (Self::Neutral, "neutral"), (Self::Agx, "agx"), (Self::Aces, "aces")];
 
-    /// Its name.
+    /// The name that programs know the curve by.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(curve, _)| *curve == self).map_or("none", |(_, name)| name)
     }
@@ -113,13 +113,13 @@ fn aces(color: Vec3) -> Vec3 {
 pub struct Display {
     /// In stops.
     pub exposure_stops: f32,
-    /// What follows the exposure.
+    /// The tone curve that follows the exposure.
     pub curve: ToneCurve,
 }
 
 impl Display {
-    /// What shows pixels of surfaces well: as they are where a screen can show them, else by [`automatic_exposure`] and
-    /// [`ToneCurve::Neutral`].
+    /// The display that shows pixels of surfaces well: as they are where a screen can show them, else by
+    /// [`automatic_exposure`] and [`ToneCurve::Neutral`].
     pub fn fitting(pixels: impl Iterator<Item = [f32; 4]> + Clone) -> Self {
         if !is_out_of_range(pixels.clone()) {
             return Self::default();
@@ -127,7 +127,7 @@ impl Display {
         Self { exposure_stops: automatic_exposure(pixels), curve: ToneCurve::Neutral }
     }
 
-    /// What radiance is multiplied by before the tone curve.
+    /// The factor on radiance before the tone curve.
     pub fn scale(self) -> f32 {
         2f32.power(self.exposure_stops)
     }
@@ -188,7 +188,7 @@ pub fn automatic_exposure(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
     }
 }
 
-/// Whether pixels are so dark or so bright as they stand that a screen shows little of them: their mean below a
+/// True if pixels are so dark or so bright as they stand that a screen shows little of them: their mean below a
 /// fiftieth, or a tenth of them beyond white.
 fn is_out_of_range(pixels: impl Iterator<Item = [f32; 4]>) -> bool {
     let (mut sum, mut clipped, mut count) = (0.0f64, 0u32, 0u32);

@@ -86,17 +86,17 @@ pub struct Scene {
     pub textures: Vec<Arc<Texture>>,
     /// Lights of the file.
     pub lights: Vec<Light>,
-    /// What stands between points and lights; `None`: lights cast no shadows.
+    /// The means to tell what stands between points and lights; `None`: lights cast no shadows.
     pub light_visibility: Option<Arc<dyn LightVisibility>>,
     /// Light from infinity.
     pub environment: Option<Arc<Environment>>,
-    /// What surfaces see of it, for the light that they scatter; `None`: all of it.
+    /// The parts of the environment that surfaces see, for the light that they scatter; `None`: all of it.
     pub sky: Option<Arc<Sky>>,
-    /// What a mirror or lens shows at the last event that a path may have: light from infinity, as if nothing stood
-    /// before it; otherwise nothing. Look-ups show nothing.
+    /// True if a mirror or lens shows light from infinity at the last event that a path may have, as if nothing stood
+    /// before it; otherwise it shows nothing there. Look-ups show nothing.
     pub ends_in_environment: bool,
-    /// What the eye sees where nothing stands before it, in place of the light from infinity, which mirrors, glass and
-    /// surfaces see still.
+    /// The radiance that the eye sees where nothing stands before it, in place of the light from infinity, which
+    /// mirrors, glass and surfaces see still.
     pub backdrop: Option<Vec3>,
     /// Cameras; the first is the default.
     pub cameras: Vec<Camera>,
@@ -138,7 +138,7 @@ pub struct Object {
     pub name: String,
     /// Index of the material; its role is the object's.
     pub material: u32,
-    /// Its triangles.
+    /// The object's triangles, by their numbers in the scene.
     pub triangles: Range<u32>,
     /// Their vertices.
     pub vertices: Range<u32>,

@@ -29,7 +29,7 @@ impl NamePattern {
     }
 
     pub(super) fn matches(&self, node: &str, material: &str) -> bool {
-        // What has no name at all is still among everything.
+        // Objects without any name are still among everything, which `*` matches.
         let has_name = !(node.is_empty() && material.is_empty());
         let is_match = |name: &str| !(has_name && name.is_empty()) && self.matcher.is_match(name);
         node == self.text || material == self.text || is_match(node) || is_match(material)

@@ -38,7 +38,7 @@ pub struct PoseOptions {
 /// More triangles than this are refused: they would not fit into the memory of most machines.
 pub const MAX_TRIANGLES: usize = 100_000_000;
 
-/// What the last pose of a model was made of: for the next one, in which little may have moved.
+/// The parts of the last pose of a model: for the next one, in which little may have moved.
 #[derive(Debug, Default)]
 pub struct PoseMemory {
     /// One for each primitive at each place, in the order of the nodes.
@@ -297,7 +297,7 @@ impl LocalTransform {
     }
 }
 
-/// What bends a mesh, which is moved by so much whatever its joints do.
+/// The matrices of the joints that bend a mesh, which is moved by so much whatever its joints do.
 fn joint_matrices(skin: &Skin, (worlds, origin): (&[DAffine3], DVec3), moved: Vec3) -> Option<Vec<Mat4>> {
     let bind = |joint: usize| skin.inverse_bind.get(joint).copied().unwrap_or(Mat4::IDENTITY).as_dmat4();
     let joints = skin.joints.iter().enumerate();
@@ -344,7 +344,7 @@ struct SceneBuilder<'a> {
     rules: MaterialRules<'a>,
     /// Materials made by rules: by original material and the rules that won.
     overridden: HashMap<(usize, Winners), u32>,
-    /// Those of them that a role makes glass.
+    /// The overridden materials that a role makes glass.
     glass_by_role: HashSet<u32>,
     has: Has,
     fineness: Fineness,

@@ -18,7 +18,7 @@ const NO_TANGENT: Vec4 = Vec4::new(1.0, 0.0, 0.0, 1.0);
 /// Coordinates beyond this are taken for errors: squares of distances must stay finite.
 const MAX_COORDINATE: f32 = 1e12;
 
-/// What vertices of a scene have, beside what all have.
+/// The attributes that vertices of a scene have, beside those that all have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Has {
     pub(super) tangents: bool,
@@ -39,7 +39,7 @@ impl Place {
     }
 }
 
-/// What a piece was made of.
+/// The origin of a piece.
 #[derive(Debug)]
 enum Source {
     Primitive(Place),
@@ -205,7 +205,7 @@ impl Piece {
         matches!(&self.source, Source::Primitive(own) if own == place)
     }
 
-    /// Its exact surface.
+    /// The exact surface of the piece, if it has one.
     pub(super) fn surface(&self) -> Option<&PlacedSurface> {
         match &self.source {
             Source::Surface(placed, ..) => Some(placed),

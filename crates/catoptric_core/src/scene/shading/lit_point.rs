@@ -16,7 +16,7 @@ const FAINTEST_HIGHLIGHT: f32 = 3e-5;
 
 /// The places where textures are looked up for some points of one material.
 pub(super) trait LookUps<const N: usize> {
-    /// Those of a texture.
+    /// The places of a texture.
     fn of(&self, binding: &TextureBinding) -> TextureLookUps<N>;
 }
 

@@ -69,7 +69,7 @@ pub struct UvFootprint {
 pub struct MipLevel {
     /// Width and height in texels.
     pub size: [f32; 2],
-    /// Its first texel.
+    /// The index of the level's first texel.
     pub first: u32,
     /// Texels from row to row. Each row is followed by one more texel: see [`Texture::texels`].
     pub stride: u32,

@@ -1,4 +1,4 @@
-//! What shading needs of the triangles of many points, and the points sorted by material.
+//! Triangles of many points as shading needs them, and the points sorted by material.
 
 use super::super::super::Scene;
 use super::query::SurfaceQuery;
@@ -57,7 +57,7 @@ const CACHE_LOG2: u32 = 9;
 #[derive(Debug)]
 pub(super) struct TriangleTable {
     triangles: Vec<TriangleRows>,
-    /// Of the corners; empty where the scene has none.
+    /// The colours of the triangles' corners; empty where the scene has none.
     vertex_colors: Vec<[Vec4; 3]>,
     /// The number of each query's triangle.
     numbers: Vec<u32>,

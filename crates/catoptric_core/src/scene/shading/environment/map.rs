@@ -154,12 +154,12 @@ fn halved<const C: usize>(radiance: &[[f32; C]], width: usize, height: usize) ->
 pub(in crate::scene) struct Irradiance(pub(super) EquirectangularMap);
 
 impl Irradiance {
-    /// Of a picture of radiance, rows from the top.
+    /// The irradiance that a picture of radiance causes, rows from the top.
     pub(in crate::scene) fn new(width: u32, height: u32, radiance: &[[f32; 3]]) -> Self {
         Self(irradiance_map(width, height, radiance))
     }
 
-    /// That of a normal, by its position in the picture.
+    /// The irradiance of a surface with a normal, by the normal's position in the picture.
     #[inline(always)]
     pub(in crate::scene) fn at(&self, position: Vec2) -> Vec3 {
         self.0.at(position)
@@ -202,7 +202,8 @@ fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> Equirectang
     EquirectangularMap::new(IRRADIANCE_WIDTH, IRRADIANCE_HEIGHT, &radiance)
 }
 
-/// Of the arc tangent over its argument, by powers of the argument's square: a least-squares fit at Chebyshev's points.
+/// Coefficients of the arc tangent over its argument, by powers of the argument's square: a least-squares fit at
+/// Chebyshev's points.
 const ARC_TANGENT: [f32; 7] = [0.99999565, -0.33316, 0.19796892, -0.13195902, 0.07899983, -0.03310525, 0.0066582896];
 
 /// The angle of a point from the first axis, to 2e-6: several times faster than the library's.

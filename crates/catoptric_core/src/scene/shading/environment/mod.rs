@@ -117,7 +117,7 @@ impl Environment {
         self.turn.of(direction)
     }
 
-    /// Its small bright parts, if they matter.
+    /// The environment's small bright parts, if they matter.
     #[inline]
     pub fn lamps(&self) -> Option<&Lamps> {
         let found = || {
@@ -297,7 +297,7 @@ struct Turn {
     angle: f64,
     /// In whole turns, 0 to 1.
     share: f32,
-    /// Its sine and cosine.
+    /// The sine and cosine of the turn.
     direction: [f32; 2],
 }
 

@@ -64,7 +64,7 @@ impl<const N: usize> LitPoints<N> {
     };
 }
 
-/// What is the same for all lights.
+/// The properties of points that are the same for all lights.
 struct Facets<const N: usize> {
     /// Cosines between normals and viewers, as they are.
     n_v: Lanes<N>,
@@ -74,7 +74,7 @@ struct Facets<const N: usize> {
     reflectance: Vec3Lanes<N>,
     /// The same at grazing angles.
     at_grazing: Lanes<N>,
-    /// What is scattered of the light that enters.
+    /// The share that is scattered of the light that enters.
     albedo: Vec3Lanes<N>,
 }
 

@@ -16,8 +16,8 @@ const SKY_PARTS: u32 = 160;
 const MOST_COLUMNS: u32 = 1024;
 
 impl Scene {
-    /// What the surfaces see of the environment and of emitters, by means that tell what stands before them; nothing
-    /// without either.
+    /// The sky and the emitters as the surfaces see them, by means that tell what stands before them; `None` without
+    /// either.
     ///
     /// # Errors
     /// [`Cancelled`].

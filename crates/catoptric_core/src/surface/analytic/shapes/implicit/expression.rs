@@ -22,7 +22,7 @@ pub enum Instruction {
     Variable(usize),
     /// Pushes a number.
     Constant(f64),
-    /// Of two values, as the following ones.
+    /// The sum of two values; the following three take two, too.
     Add,
     /// The second value from the first.
     Subtract,
@@ -30,7 +30,7 @@ pub enum Instruction {
     Multiply,
     /// The first value by the second.
     Divide,
-    /// Of one value, as all that follow but [`Self::Power`].
+    /// The negative of one value; all that follow but [`Self::Power`] take one, too.
     Negate,
     /// A whole power.
     WholePower(i32),
