@@ -20,16 +20,16 @@ pub(super) struct ListPlan {
     first_id: u32,
     /// The label of those samples of the layer below where it may be drawn; 0 in layer 0.
     pub(super) label: u32,
-    /// It is the second branch that it shows.
+    /// True if the list shows the second branch of light.
     pub(super) second: bool,
-    /// True if any of its triangles is.
+    /// True if any of the list's triangles is alpha-tested.
     pub(super) alpha_tested: bool,
 }
 
 /// A layer of the picture.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LayerPlan {
-    /// Its pieces, in drawing order.
+    /// The layer's pieces, in drawing order.
     pub(super) pieces: Range<usize>,
     /// The surfaces its stencils name, sorted: list and group. The label of an entry is its place, plus 1.
     stencils: Vec<(u32, u32)>,

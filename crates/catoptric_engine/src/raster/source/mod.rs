@@ -15,7 +15,7 @@ use glam::Vec2;
 
 /// Finds surfaces of the layers above the first, tile by tile.
 pub trait LayerSource: Sync {
-    /// What was found in a tile, with the buffers of a thread.
+    /// The surfaces that were found in a tile, with the buffers of a thread.
     type Found: Default + Send;
 
     /// The number of layers that it may show something in, the first (which it never does) among them.
@@ -25,7 +25,7 @@ pub trait LayerSource: Sync {
     fn begin(&self, found: &mut Self::Found);
 
     /// Writes ids ([`found_id`]) of surfaces to the samples of the layer above those of `tile`. Samples that lists
-    /// own (`TileBelow::continues`) are left as they are.
+    /// own ([`TileBelow::has_list`]) are left as they are.
     fn draw_layer(&self, tile: &TileBelow<'_>, found: &mut Self::Found, ids: &mut [u32]) -> ShownBySource;
 
     /// A surface at a position of the picture, in pixels.
@@ -34,7 +34,7 @@ pub trait LayerSource: Sync {
     /// The number of the smooth surface that it is a part of ([`DrawTriangle::patch`]).
     fn patch(&self, found: &Self::Found, number: u32) -> u32;
 
-    /// Its depth at a position of the picture, in pixels.
+    /// The surface's depth at a position of the picture, in pixels.
     fn depth_at(&self, found: &Self::Found, number: u32, position: Vec2) -> f32;
 
     /// Returns true if the surface's place changes unevenly within a pixel: its footprint alone does not tell where
@@ -45,7 +45,7 @@ pub trait LayerSource: Sync {
     fn divides(&self, triangle: u32) -> bool;
 }
 
-/// What a source shows in a layer.
+/// The surfaces that a source shows in a layer, in short.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShownBySource {
     /// Anything at all.

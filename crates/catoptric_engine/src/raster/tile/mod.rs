@@ -37,11 +37,11 @@ pub(super) struct TileScratch<F> {
     parts: Vec<(FragmentTarget, Vec3)>,
     /// Places of surfaces of lists among all.
     listed: Vec<u32>,
-    /// What the source has found.
+    /// The surfaces that the source has found.
     found: F,
 }
 
-/// What was done in a tile: fragments, and the times of stages in one thread.
+/// The work done in a tile: fragments, and the times of stages in one thread.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct TileReport {
     pub(super) fragments: u64,
@@ -486,7 +486,7 @@ fn of_part(barycentrics: &mut Barycentrics, weight: u8, samples: usize) {
     barycentrics.samples = weight.into();
 }
 
-/// Those that lists have drawn.
+/// Sets the surfaces at the places in `listed`, which lists have drawn.
 #[inline(always)]
 fn fetch_listed(plan: &Plan<'_>, chains: &Chains, samples: usize, listed: &[u32], surfaces: &mut [LayerSurface]) {
     let (mut corners, mut result) = (CornerLanes::default(), Weights::default());

@@ -211,7 +211,7 @@ struct PixelPlace<'a, L: LayerSource> {
     layers: &'a [Vec<Ids>],
     /// The indices of its samples in the layers.
     first: usize,
-    /// Its corner in the picture.
+    /// The pixel's corner in the picture.
     corner: Vec2,
     /// True if parts of one surface count as one.
     merges: bool,

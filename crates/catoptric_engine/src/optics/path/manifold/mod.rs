@@ -175,8 +175,8 @@ impl<'a> SpecularSurfaces<'a> {
 
     /// The site reached by a step along the tangents of the site's frame and back onto the surface.
     ///
-    /// It may lie beyond the borders of an open surface, on its continuation (see [`Self::is_within`]). Returns `None`
-    /// if the step is so long that the surface is lost.
+    /// The new site may lie beyond the borders of an open surface, on its continuation (see [`Self::is_within`]).
+    /// Returns `None` if the step is so long that the surface is lost.
     pub fn moved(&self, object: u32, site: &ManifoldVertex, step: DVec2) -> Option<ManifoldVertex> {
         self.stepped(object, &self.landed(object, site)?, step).map(|(site, _)| site)
     }
