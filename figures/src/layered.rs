@@ -3,7 +3,7 @@
 
 use crate::commands::{self, Line, settings_of};
 use crate::panels::{below, beside_of_width, save_small};
-use crate::root;
+use crate::repository::root;
 use crate::stage::{self, median, print, rgb, timed};
 use anyhow::{Context, Result, bail};
 use catoptric::framebuffer::Framebuffer;
@@ -26,7 +26,7 @@ const QUALITY: Quality = Quality { samples: 8, order: 6 };
 
 const TRUTH: (&str, &str) = ("reference", "paths = \"two_path\"");
 
-/// What methods without the paper's model of two paths draw.
+/// The reference for methods without the paper's model of two paths.
 const TREE: (&str, &str) = ("reference", "");
 
 /// The settings of the paper's sizes.
@@ -112,7 +112,7 @@ fn flip(scene: &Scene, view: &View, found: &Framebuffer, truth: &Framebuffer) ->
 /// The size of pictures in rows, and of the table's.
 const TABLE_SIZE: [u32; 2] = [480, 360];
 
-/// What the table of errors compares: a name, a method, its settings.
+/// The rows of the table of errors: a name, a method, its settings.
 fn ways_of_table() -> [(&'static str, &'static str, String); 18] {
     let layered = LAYERED;
     let set = |settings: &str| format!("{INFERRED}\n{settings}");

@@ -7,6 +7,7 @@ mod light_field;
 mod panels;
 mod perturbation;
 mod program;
+mod repository;
 mod scaling;
 mod stage;
 mod surfaces;
@@ -15,8 +16,7 @@ mod virtual_objects;
 use anyhow::{Context, Result, bail};
 use catoptric_testkit::readme::readmes;
 use commands::Figure;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use repository::{root, run};
 
 const HELP: &str = "\
 Usage: cargo figures [NAME]
@@ -65,18 +65,6 @@ fn figures() -> Result<Vec<Figure>> {
     all.extend(cameras::commands());
     all.extend(layered::commands()?);
     Ok(all)
-}
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf).unwrap_or_default()
-}
-
-fn run(command: &mut Command) -> Result<()> {
-    let status = command.current_dir(root()).status().with_context(|| format!("cannot start {command:?}"))?;
-    if !status.success() {
-        bail!("{command:?} failed: {status}");
-    }
-    Ok(())
 }
 
 /// Writes the tables of settings into the methods' READMEs.
@@ -151,7 +139,7 @@ mod tests {
         session.draw(&scene.default_view(96, 72)).expect("valid").report
     }
 
-    /// What the pages print is enough to have the methods draw for themselves.
+    /// The lines that pages print are enough to have the methods draw for themselves.
     #[test]
     fn printed_lines_are_drawn_by_the_method_itself() {
         for (page, method) in [

@@ -3,7 +3,7 @@
 use crate::commands::{self, ALONE, Line};
 use crate::panels::{below, beside, cut};
 use crate::program::{command, json, picture};
-use crate::root;
+use crate::repository::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
 use image::RgbImage;
@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// A picture to draw.
 struct Shot {
-    /// Its name in the table of times.
+    /// The picture's name in the table of times.
     label: &'static str,
     scene: &'static str,
     /// Settings of path perturbation, separated by blanks; without them the reference draws.

@@ -1,7 +1,7 @@
 //! The program, run for pictures and numbers.
 
 use crate::commands::Line;
-use crate::run;
+use crate::repository::run;
 use anyhow::{Context, Result};
 use image::RgbImage;
 use serde_json::Value;

@@ -1,6 +1,5 @@
 //! Scenes on which methods are set, drawn and measured.
 
-use crate::cameras::{CAMERAS, PINHOLE};
 use anyhow::{Context, Result};
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;
@@ -16,6 +15,13 @@ use catoptric_testkit::drawing::alone;
 use image::RgbImage;
 use std::io::Write;
 use std::time::Instant;
+
+/// The method of sample-based cameras.
+pub(crate) const CAMERAS: &str = "sample_based_camera";
+/// Settings of the cameras of Popescu, Sacks, Mei 2006, at their accuracy.
+pub(crate) const PINHOLE: &str = "preset = 'faithful'";
+/// Settings of the cameras that the method has of itself.
+pub(crate) const BUNDLE: &str = "";
 
 /// A scene in a view.
 pub(crate) struct Stage {

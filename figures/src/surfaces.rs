@@ -1,7 +1,7 @@
 //! Rough and bumpy mirrors: pictures, errors and times beside the reference's.
 
 use crate::panels::{below, beside_of_width, save_small};
-use crate::root;
+use crate::repository::root;
 use crate::stage::{Stage, flip, print, rgb, stage_ms};
 use anyhow::{Context, Error, Result};
 use catoptric::light::visibility::cast_shadows;
@@ -140,7 +140,7 @@ fn workshop() -> Result<Option<RgbImage>> {
     Ok(Some(below(&rows)))
 }
 
-/// What lights, normal maps and an environment cost where nothing mirrors.
+/// The costs of lights, normal maps and an environment where nothing mirrors.
 fn cost() -> Result<Option<RgbImage>> {
     print(
         "| surfaces | Lambert's law ms | metallic-roughness ms | ratio | with shadows ms | reference, Lambert ms | \

@@ -3,7 +3,7 @@
 use crate::commands::{self, ALONE, Line};
 use crate::panels::{below, beside, cut, save_small};
 use crate::program::{command, compare, picture};
-use crate::root;
+use crate::repository::root;
 use crate::stage::print;
 use anyhow::{Context, Result};
 use image::RgbImage;

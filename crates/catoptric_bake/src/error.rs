@@ -9,7 +9,7 @@ use std::path::Path;
 /// Files are named as their store names them: by path, or by address.
 #[derive(Debug, thiserror::Error)]
 pub enum BakeError {
-    /// It could not be read.
+    /// The file could not be read.
     #[error("{file}: cannot read it: {source}")]
     Read {
         /// The file.
@@ -17,7 +17,7 @@ pub enum BakeError {
         /// The message of the operating system or of the store's server.
         source: io::Error,
     },
-    /// It could not be written.
+    /// The file could not be written.
     #[error("{file}: cannot write it: {source}")]
     Write {
         /// The file.
@@ -47,9 +47,9 @@ pub enum BakeError {
     /// A folder, pipe or device stands where a file is wanted.
     #[error("{file}: is {kind}, not a baked file; {remedy}")]
     NoFile {
-        /// Its path.
+        /// The path of the folder, pipe or device.
         file: String,
-        /// Its description.
+        /// The kind of thing that it is, such as `a folder`.
         kind: &'static str,
         /// The remedy for the user.
         remedy: &'static str,
@@ -131,7 +131,7 @@ pub enum BakeError {
     Misplaced {
         /// The unit's file.
         file: String,
-        /// Its description.
+        /// The reason why the file is not the unit that belongs there.
         fault: UnitFault,
     },
     /// The unit was published before and differs from what was computed now.

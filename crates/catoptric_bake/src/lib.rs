@@ -45,12 +45,13 @@
 //! assert_eq!(baked.unit(7), 49u64.to_le_bytes());
 //! ```
 
+mod claim;
 mod container;
 mod error;
-mod identity;
 mod merge;
 mod methods;
 mod plan;
+mod plan_hash;
 mod publish;
 mod run;
 mod shard;
@@ -61,15 +62,16 @@ mod store;
 mod testing;
 pub mod unit;
 
+pub use claim::Claim;
 pub use container::{ALIGNMENT, BakedFile, FORMAT_VERSION};
 pub use error::BakeError;
-pub use identity::{Difference, Identity, MAX_IDENTITY_BYTES, PlanHash, PlannedUnit, SCHEMA};
 pub use merge::{Merged, for_each_unit, merge, merge_through};
 pub use methods::{MethodBake, MethodBakeError, MethodUnits};
-pub use plan::{Estimate, PLAN_NAME, Plan};
+pub use plan::{Difference, Estimate, Identity, MAX_IDENTITY_BYTES, PLAN_NAME, Plan, PlannedUnit, SCHEMA};
+pub use plan_hash::PlanHash;
 pub use run::{Outcome, Payload, Reason, RunOptions, RunReport, UnitDone, Work, run};
 pub use shard::Shard;
 pub use shelf::{BakeChoice, Shelf, Unfit};
 pub use status::{BadUnit, Check, Status, status};
-pub use store::{Claim, Created, Entry, LocalStore, Store, check_name};
+pub use store::{Created, Entry, LocalStore, Store, check_name};
 pub use unit::UnitFault;

@@ -24,7 +24,8 @@ pub struct Merged {
 /// Merges all units of a plan into a baked file ([`BakedFile`](crate::BakedFile)), one at a time. The file appears by
 /// rename, whole or not at all, and replaces one of that name.
 ///
-/// Its bits follow from the plan's identity and the units alone, in whatever order, shards and threads these were made.
+/// The file's bits follow from the plan's identity and the units alone, in whatever order, shards and threads these
+/// were made.
 ///
 /// # Errors
 /// [`BakeError::Incomplete`] when a unit is missing or bad; [`BakeError::Full`] and [`BakeError::Write`] for the
@@ -62,12 +63,12 @@ pub fn merge_through(plan: &Plan, store: &dyn Store, beside: &Path, output: &Pat
     for (number, unit) in layout.units.iter().enumerate() {
         let name = unit::file_name(number as u64, plan.identity.unit_count());
         let bytes = store.get(&name)?;
-        let decoded = bytes.as_deref().map(|bytes| unit::decode_planned(bytes, &plan.identity, hash, number as u64));
+        let decoded = bytes.as_deref().map(|bytes| plan.identity.units[number].decode(bytes, hash, number as u64));
         let Some(Ok(payload)) = decoded.filter(|found| found.is_ok_and(|found| found.len() as u64 == sizes[number]))
         else {
             // All of them are read, so that all bad ones are reported at once.
             refuse_incomplete(&status(plan, store, Check::Contents)?, &place)?;
-            // It was replaced meanwhile by a run that is still going on.
+            // A run that is still going on has replaced the unit meanwhile.
             return Err(contended(&name));
         };
         hashes.push(blake3::hash(payload).into());
@@ -99,9 +100,9 @@ pub fn for_each_unit<E: From<BakeError>>(
     for number in 0..plan.identity.unit_count() {
         let name = unit::file_name(number, plan.identity.unit_count());
         let bytes = store.get(&name)?;
-        let decoded = bytes.as_deref().map(|bytes| unit::decode_planned(bytes, &plan.identity, hash, number));
+        let decoded = bytes.as_deref().map(|bytes| plan.identity.units[number as usize].decode(bytes, hash, number));
         let Some(Ok(payload)) = decoded else {
-            // It was replaced meanwhile by a run that is still going on.
+            // A run that is still going on has replaced the unit meanwhile.
             return Err(BakeError::Contended { file: store.place(&name) }.into());
         };
         take(number, payload)?;

@@ -2,8 +2,7 @@
 
 use crate::container::BakedFile;
 use crate::error::BakeError;
-use crate::identity::{Identity, PlannedUnit, SCHEMA};
-use crate::plan::Estimate;
+use crate::plan::{Estimate, Identity, PlannedUnit, SCHEMA};
 use crate::run::{Payload, Work};
 use catoptric::error::RenderError;
 use catoptric::methods::bake::{BakeUnit, BakeWork, Baked, MadeUnit, UnitMaker};

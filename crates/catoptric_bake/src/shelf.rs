@@ -17,11 +17,11 @@ pub struct Shelf {
     files: Vec<(String, Arc<BakedFile>)>,
 }
 
-/// What a method is to be prepared with.
+/// The settings and the bake that a method is to be prepared with.
 pub struct BakeChoice {
     /// The settings given, over those of the chosen bake.
     pub settings: Table,
-    /// What was precomputed.
+    /// The open bake; `None` where none fits, or there is none of the method.
     pub bake: Option<Arc<dyn Baked>>,
     /// Where there are bakes of the method and none fits: why the first one does not.
     pub problem: Option<Unfit>,
@@ -38,7 +38,7 @@ pub enum Unfit {
         /// The method's message.
         source: RenderError,
     },
-    /// It is of another scene, or of other settings.
+    /// The bake is of another scene, or of other settings.
     #[error(transparent)]
     Other(BakeError),
 }

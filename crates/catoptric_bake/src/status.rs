@@ -1,8 +1,8 @@
 //! The progress of a bake, from the contents of its store alone.
 
 use crate::error::BakeError;
-use crate::identity::{PlanHash, PlannedUnit};
-use crate::plan::Plan;
+use crate::plan::{Plan, PlannedUnit};
+use crate::plan_hash::PlanHash;
 use crate::store::Store;
 use crate::unit::{self, UnitFault};
 use rayon::prelude::*;
@@ -32,7 +32,7 @@ pub struct Status {
     pub complete: u64,
     /// The number of missing units.
     pub missing: u64,
-    /// Those that are there and bad.
+    /// The units that are there and bad.
     pub bad: Vec<BadUnit>,
     /// Names of temporary files: of writers at work or killed.
     pub left_over: Vec<String>,
@@ -43,11 +43,11 @@ pub struct Status {
 /// A unit that is there and bad.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct BadUnit {
-    /// Its number.
+    /// The unit's number in the plan.
     pub number: u64,
-    /// Its file's name in the store.
+    /// The name of the unit's file in the store.
     pub file: String,
-    /// Its fault.
+    /// The reason why the file is not the planned unit.
     pub why: UnitFault,
 }
 
@@ -147,7 +147,7 @@ impl<'a> Listing<'a> {
         let name = unit::file_name(number, identity.unit_count());
         let Some(&found) = self.bytes.get(&name) else { return Ok(Found::Missing) };
         // Files of a wrong size are not read: they may be of any size.
-        if let Err(fault) = unit::payload_bytes(found, &identity.units[number as usize]) {
+        if let Err(fault) = identity.units[number as usize].payload_bytes(found) {
             return Ok(Found::Bad(fault));
         }
         if check == Check::Sizes {
@@ -155,7 +155,7 @@ impl<'a> Listing<'a> {
         }
         // Otherwise removed since, by a writer that replaces it.
         let Some(bytes) = self.store.get(&name)? else { return Ok(Found::Missing) };
-        Ok(match unit::decode_planned(&bytes, identity, self.hash, number) {
+        Ok(match identity.units[number as usize].decode(&bytes, self.hash, number) {
             Ok(_) => Found::Good,
             Err(fault) => Found::Bad(fault),
         })
@@ -166,7 +166,7 @@ impl<'a> Listing<'a> {
         let units = &self.plan.identity.units;
         let of_unit = |(number, planned): (usize, &PlannedUnit)| {
             let found = self.bytes.get(&unit::file_name(number as u64, units.len() as u64))?;
-            unit::payload_bytes(*found, planned).ok()
+            planned.payload_bytes(*found).ok()
         };
         units.iter().enumerate().map(of_unit).collect()
     }

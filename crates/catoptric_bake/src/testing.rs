@@ -1,8 +1,7 @@
 //! Plans, work and stores for the tests.
 
 use crate::error::BakeError;
-use crate::identity::{Identity, PlannedUnit, SCHEMA};
-use crate::plan::{Estimate, Plan};
+use crate::plan::{Estimate, Identity, Plan, PlannedUnit, SCHEMA};
 use crate::run::Work;
 use crate::store::{Created, Entry, Store};
 use serde_json::json;

@@ -5,7 +5,7 @@
 //! the payload (8), payload, BLAKE3 of all before (32). The hash stands at the end in every version, so that damage is
 //! distinguished from files of other versions, plans and units.
 
-use crate::identity::{Identity, PlanHash, PlannedUnit};
+use crate::plan_hash::PlanHash;
 use serde::Serialize;
 use std::fmt;
 
@@ -15,8 +15,8 @@ pub(crate) const MAGIC: [u8; 8] = *b"\x89CUNIT\r\n";
 pub const FORMAT_VERSION: u32 = 1;
 const HEADER_BYTES: usize = 64;
 const HASH_BYTES: usize = 32;
-/// Everything but the payload.
-const FRAME_BYTES: u64 = (HEADER_BYTES + HASH_BYTES) as u64;
+/// The bytes of a unit file besides the payload.
+pub(crate) const FRAME_BYTES: u64 = (HEADER_BYTES + HASH_BYTES) as u64;
 /// The most bytes of a unit file: object stores take what is larger in parts only, and then cannot refuse to overwrite.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 /// The most bytes of a payload.
@@ -25,7 +25,7 @@ pub const MAX_PAYLOAD_BYTES: u64 = MAX_FILE_BYTES - FRAME_BYTES;
 /// Why a file is not the unit that it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnitFault {
-    /// Its end is missing.
+    /// The end of the file is missing.
     Truncated {
         /// The right number of bytes.
         expected: u64,
@@ -39,26 +39,26 @@ pub enum UnitFault {
         /// The number found.
         found: u64,
     },
-    /// It does not begin as units do.
+    /// The file does not begin as units do.
     Foreign,
-    /// Its hash does not fit.
+    /// The hash does not fit the content.
     Damaged,
-    /// It is whole, and of another version of the format.
+    /// The file is whole, and of another version of the format.
     OtherVersion {
-        /// Its version.
+        /// The version of the file.
         found: u32,
     },
-    /// It is whole, and of another bake.
+    /// The file is whole, and of another bake.
     OtherPlan {
-        /// That bake's name.
+        /// The name of that bake.
         found: PlanHash,
     },
-    /// It is whole, and another unit of this bake.
+    /// The file is whole, and another unit of this bake.
     OtherUnit {
-        /// Its number.
+        /// The number of that unit.
         found: u64,
     },
-    /// It is whole, and its payload has another size than planned.
+    /// The file is whole, and its payload has another size than planned.
     OtherSize {
         /// The size in the plan, or the largest that it allows.
         planned: u64,
@@ -165,32 +165,6 @@ pub fn decode(bytes: &[u8], plan: PlanHash, number: u64) -> Result<&[u8], UnitFa
         return Err(UnitFault::Damaged);
     }
     Ok(payload)
-}
-
-/// The bytes of the payload of a unit whose file has so many.
-///
-/// # Errors
-/// A [`UnitFault`] where a file of that size cannot be the planned unit.
-pub(crate) fn payload_bytes(found: u64, planned: &PlannedUnit) -> Result<u64, UnitFault> {
-    let most = file_bytes(planned.bytes);
-    let least = if planned.at_most { FRAME_BYTES } else { most };
-    match found {
-        _ if found < least => Err(UnitFault::Truncated { expected: least, found }),
-        _ if found > most => Err(UnitFault::Longer { expected: most, found }),
-        _ => Ok(found - FRAME_BYTES),
-    }
-}
-
-/// The payload of a unit of a plan with this hash, of a size that the plan allows.
-pub(crate) fn decode_planned<'a>(
-    bytes: &'a [u8],
-    identity: &Identity,
-    plan: PlanHash,
-    number: u64,
-) -> Result<&'a [u8], UnitFault> {
-    let payload = decode(bytes, plan, number)?;
-    let (planned, found) = (&identity.units[number as usize], payload.len() as u64);
-    if planned.admits(found) { Ok(payload) } else { Err(UnitFault::OtherSize { planned: planned.bytes, found }) }
 }
 
 /// The bytes at an offset; the caller has checked that they are there.

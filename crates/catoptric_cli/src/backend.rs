@@ -8,7 +8,7 @@ use catoptric::methods::Method;
 
 /// A GPU that draws what it can.
 pub(crate) struct Gpu {
-    /// What it cannot draw is an error; else the CPU draws that.
+    /// The user wants the GPU: methods that it cannot draw are an error. Else the CPU draws these.
     pub(crate) is_wanted: bool,
     device: device::Device,
 }
@@ -59,7 +59,7 @@ pub(crate) fn remark(args: &DrawArgs, gpu: Option<&Gpu>, terminal: &Terminal) {
     }
 }
 
-/// What `doctor` says of GPUs, a line each.
+/// The lines of `doctor` about GPUs.
 pub(crate) fn describe() -> Vec<String> {
     device::describe()
 }

@@ -6,7 +6,7 @@ use crate::baked;
 use crate::failure::{Failure, memory};
 use crate::parse::Order;
 use crate::scene_source;
-use crate::settings::Chosen;
+use crate::settings::{self, Chosen};
 use catoptric::framebuffer::Framebuffer;
 use catoptric::methods::budget::Budgeted;
 use catoptric::methods::{self, Choice, Method, MethodInfo, Prepared, Quality, Report};
@@ -23,6 +23,7 @@ use std::f32::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
+use toml::Table;
 
 const ORBIT_STEP_DEG: f32 = 1.0;
 /// The reference's time is estimated by a picture so many times smaller in both directions.
@@ -58,9 +59,9 @@ pub(crate) type Taker<'t> = dyn FnMut(u32, &Drawing) -> Result<ControlFlow<()>, 
 pub(crate) struct Drawing {
     /// The last frame.
     pub(crate) picture: Framebuffer,
-    /// Its view.
+    /// The view of the last frame.
     pub(crate) view: View,
-    /// Its scene.
+    /// The scene of the last frame.
     pub(crate) scene: Arc<Scene>,
     /// The method, prepared for that scene.
     pub(crate) prepared: Box<dyn Prepared>,
@@ -89,7 +90,7 @@ pub(crate) struct Drawing {
 pub(crate) struct Processor {
     /// `cpu` or `gpu`.
     pub(crate) backend: &'static str,
-    /// Its name.
+    /// The processor's name.
     pub(crate) device: String,
 }
 
@@ -145,7 +146,7 @@ impl<'a> Shot<'a> {
         let mut shot = Self::of(model, moment, (view, motion, sequence), quality, bakes, progress)?;
         shot.quality.order = match draw.order {
             Order::Exact(order) => order,
-            // That of bakes, where none is named.
+            // Bakes have order 2 where none is named.
             Order::Auto if !draw.baked.is_empty() => 2,
             Order::Auto => shot.scene.order_needed(),
         };
@@ -159,7 +160,7 @@ impl<'a> Shot<'a> {
         Ok(Self { budget_ms: draw.budget_ms, setup_ms, gpu, ..shot })
     }
 
-    /// Of a scene that is known already, without times.
+    /// A shot of a scene that is known already, without times.
     pub(crate) fn of(
         model: Model,
         (roles, shadows, time): Moment,
@@ -189,6 +190,15 @@ impl<'a> Shot<'a> {
         // A camera that does not exist is found before any work.
         shot.frame_view(&shot.scene, sequence.first)?;
         Ok(shot)
+    }
+
+    /// The method with this id, with the scene's settings and `given` over them; settings that neither gives are those
+    /// of the method's bake.
+    pub(crate) fn choose(&self, id: &str, given: &Table) -> Result<Chosen, Failure> {
+        let info = methods::find(id).map_err(Failure::usage)?;
+        let settings = settings::merged(info, &self.model, given);
+        let choice = self.bakes.choose(info, &settings, &self.scene, self.quality);
+        settings::made_of(info, choice.map_err(Failure::usage)?)
     }
 
     /// From now on the eye sees black where nothing stands before it.
@@ -271,7 +281,7 @@ impl<'a> Shot<'a> {
                 drawing
             });
             match drawn {
-                // What only the CPU can draw.
+                // Only the CPU can draw this.
                 Err(Failure::Input(problem)) if !gpu.is_wanted && !are_some_taken => {
                     let mut drawing = self.draw_on_cpu(chosen, take, progress)?;
                     drawing.warnings.push(format!("drawn on the CPU: {problem}"));
@@ -375,7 +385,7 @@ impl<'a> Shot<'a> {
         let mut view = self.frame_view(&self.scene, self.sequence.first)?;
         let pixels = f64::from(view.width) * f64::from(view.height);
         (view.width, view.height) = ((view.width / ESTIMATE_SCALE).max(1), (view.height / ESTIMATE_SCALE).max(1));
-        let method = methods::create("reference", &toml::Table::new())?;
+        let method = methods::create("reference", &Table::new())?;
         let mut prepared = method.prepare(&self.scene, self.quality, None, progress)?;
         let mut picture = Framebuffer::new(view.width, view.height);
         let start = Instant::now();

@@ -1,6 +1,5 @@
 //! Settings of methods, from scenes and from the command line.
 
-use crate::drawing::Shot;
 use crate::failure::Failure;
 use crate::parse;
 use catoptric::error::RenderError;
@@ -28,21 +27,15 @@ pub(crate) fn choose(id: &str, model: &Model, given: &Table) -> Result<Chosen, F
     made_of(info, BakeChoice { settings: merged(info, model, given), bake: None, problem: None })
 }
 
-/// The same for a picture; settings that neither gives are those of the method's bake.
-pub(crate) fn choose_baked(id: &str, given: &Table, shot: &Shot<'_>) -> Result<Chosen, Failure> {
-    let info = methods::find(id).map_err(Failure::usage)?;
-    let settings = merged(info, &shot.model, given);
-    let choice = shot.bakes.choose(info, &settings, &shot.scene, shot.quality);
-    made_of(info, choice.map_err(Failure::usage)?)
-}
-
-fn merged(info: &MethodInfo, model: &Model, given: &Table) -> Table {
+/// A method's settings in a scene, with `given` over them.
+pub(crate) fn merged(info: &MethodInfo, model: &Model, given: &Table) -> Table {
     let mut settings = model.method_settings.get(info.id).cloned().unwrap_or_default();
     settings.extend(given.clone());
     settings
 }
 
-fn made_of(info: &'static MethodInfo, choice: BakeChoice) -> Result<Chosen, Failure> {
+/// A method made from settings, with the bake that was chosen for it.
+pub(crate) fn made_of(info: &'static MethodInfo, choice: BakeChoice) -> Result<Chosen, Failure> {
     let BakeChoice { settings, bake, problem: unfit } = choice;
     let method = methods::create(info.id, &settings).map_err(Failure::usage)?;
     Ok(Chosen { method, info, settings, bake, unfit })

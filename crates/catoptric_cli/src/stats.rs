@@ -194,7 +194,8 @@ impl Stats {
         self.drawn_by.filter(|_| are_left).map_or(0.0, |drawn_by| 1.0 - drawn_by.method)
     }
 
-    /// What was chosen for how many reflectors, and why; `None` for methods that choose nothing.
+    /// The ways that were chosen, each with the number of its reflectors and the reason; `None` for methods that choose
+    /// nothing.
     pub(crate) fn chosen(&self) -> Option<String> {
         let mut counts: Vec<(&ChosenWay, u32)> = Vec::new();
         for way in &self.choices {

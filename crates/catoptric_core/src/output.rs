@@ -265,7 +265,7 @@ impl TemporaryFolder {
         Ok(Self { folder, _entry })
     }
 
-    /// Its path.
+    /// The folder's path.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
@@ -344,7 +344,7 @@ impl Registry {
     }
 }
 
-/// Its leftover is registered while this lives.
+/// An entry of the registry: the leftover is registered while this lives.
 #[derive(Debug)]
 struct Entry {
     number: u64,
@@ -360,7 +360,7 @@ impl Drop for Entry {
 pub fn exit(code: i32) -> ! {
     // Held until the end.
     let registry = registry();
-    // What was made later may lie in what was made before.
+    // Later leftovers may lie in earlier ones, so they go first.
     registry.leftovers.iter().rev().for_each(|(_, leftover)| leftover.remove());
     std::process::exit(code)
 }

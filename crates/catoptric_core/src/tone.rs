@@ -30,7 +30,7 @@ impl ToneCurve {
     pub const NAMES: [(Self, &'static str); 4] =
         [(Self::None, "none"), (Self::Neutral, "neutral"), (Self::Agx, "agx"), (Self::Aces, "aces")];
 
-    /// Its name.
+    /// The name that programs know the curve by.
     pub fn name(self) -> &'static str {
         Self::NAMES.iter().find(|(curve, _)| *curve == self).map_or("none", |(_, name)| name)
     }
@@ -113,7 +113,7 @@ fn aces(color: Vec3) -> Vec3 {
 pub struct Display {
     /// In stops.
     pub exposure_stops: f32,
-    /// What follows the exposure.
+    /// The tone curve that follows the exposure.
     pub curve: ToneCurve,
 }
 
@@ -132,7 +132,7 @@ impl Display {
         Self { exposure_stops: stops.clamp(-MOST_STOPS, MOST_STOPS), curve: ToneCurve::Neutral }
     }
 
-    /// What radiance is multiplied by before the tone curve.
+    /// The factor on radiance before the tone curve.
     pub fn scale(self) -> f32 {
         2f32.power(self.exposure_stops)
     }

@@ -1,4 +1,4 @@
-//! What can go wrong with input and environment; a bug panics instead, an expected numerical miss is a counted value.
+//! Errors of input and environment; a bug panics instead, an expected numerical miss is a counted value.
 
 pub use catoptric_core::error::{SceneError, did_you_mean};
 use catoptric_core::progress::Cancelled;
@@ -21,7 +21,7 @@ pub enum RenderError {
     Setting {
         /// The method's id.
         method: &'static str,
-        /// What is wrong, and which settings or values there are.
+        /// The fault, and which settings or values there are.
         problem: String,
     },
     /// The number of samples a pixel is not one that the rasteriser can take.

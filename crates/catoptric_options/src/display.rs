@@ -32,7 +32,8 @@ impl From<Tone> for ToneCurve {
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = "Output")]
 pub struct DisplayArgs {
-    /// Exposure of pictures other than EXR in stops, or `auto` [default: 0, or `auto` where little could be seen then]
+    /// Exposure of pictures other than EXR in stops, or `auto`: their mean becomes middle grey
+    /// [default: 0, or as much as a screen needs where it would show little]
     #[arg(long, value_name = "EV", value_parser = parse::exposure, allow_hyphen_values = true)]
     pub exposure: Option<Exposure>,
     /// Tone curve of pictures other than EXR [default: none; neutral with an automatic exposure]

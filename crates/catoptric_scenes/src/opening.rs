@@ -1,4 +1,4 @@
-//! What a user wants over a scene's files, its light and glass, and what may be meant by a name without a file.
+//! A user's wishes over a scene's files, its light and glass, and what may be meant by a name without a file.
 
 use crate::import::{EnvironmentEdit, load_environment};
 use crate::{builtin, light_if_dark};

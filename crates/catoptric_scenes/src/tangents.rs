@@ -70,7 +70,7 @@ pub(crate) fn complete(primitive: &mut Primitive, channel: usize) {
     }
     let tangents = vec![[Vec4::new(1.0, 0.0, 0.0, 1.0); 3]; primitive.triangles.len()];
     let mut corners = Corners { primitive, channel, tangents };
-    // It fails for meshes without any triangle of size.
+    // Meshes without any triangle of size have no tangents.
     if generate_tangents(&mut corners).is_err() {
         return;
     }

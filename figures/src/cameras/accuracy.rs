@@ -1,8 +1,8 @@
 //! Figure 17: where heads and tails of reflected rays appear, and differences from ray tracing.
 
-use super::{BUNDLE, CAMERAS, PINHOLE};
+use super::sizes::{BALL, FULL};
 use crate::panels::{below, beside_of_width, cut};
-use crate::stage::{Stage, print, rgb};
+use crate::stage::{BUNDLE, CAMERAS, PINHOLE, Stage, print, rgb};
 use anyhow::Result;
 use catoptric::math::Aabb;
 use catoptric::methods::projector::{Projections, VertexProjector};
@@ -65,7 +65,7 @@ impl Reflected {
 
 /// The drawings and the differences.
 pub(crate) fn draw() -> Result<RgbImage> {
-    let stage = Stage::new("sphere_room?surface=analytic", super::FULL, 1)?.with_samples(16);
+    let stage = Stage::new("sphere_room?surface=analytic", FULL, 1)?.with_samples(16);
     let (mask, truth) = (stage.mask(), stage.truth()?);
     let picture = rgb(&truth)?;
     let seen = picture.enumerate_pixels().zip(&mask).filter(|(_, seen)| **seen);
@@ -102,7 +102,7 @@ pub(crate) fn draw() -> Result<RgbImage> {
             let (a, b) = (drawn.get_pixel(x, y).0, picture.get_pixel(x, y).0);
             Rgb([0, 1, 2].map(|channel: usize| 255 - a[channel].abs_diff(b[channel]).saturating_mul(times)))
         });
-        differences.push(cut(&difference, super::BALL));
+        differences.push(cut(&difference, BALL));
     }
     rows.push(beside_of_width(&differences, WIDTH));
     Ok(below(&rows))

@@ -1,7 +1,6 @@
 //! Figure 19: what building the cameras takes.
 
-use super::CAMERAS;
-use crate::stage::{Stage, count, median, print, stage_ms};
+use crate::stage::{CAMERAS, Stage, count, median, print, stage_ms};
 use anyhow::{Context, Result};
 use catoptric::methods::Report;
 
@@ -13,7 +12,7 @@ pub(crate) const SCENES: [(&str, &str, u32); 4] = [
     ("automobile", "car", 1),
 ];
 
-/// What is built: as it is called, and its settings.
+/// The cameras that are built: their name in the table, and their settings.
 const KINDS: [(&str, &str); 3] = [
     ("pinholes", "camera = 'pinhole'"),
     ("pinholes, split to the end", "camera = 'pinhole'\nmax_shared = 2"),

@@ -1,8 +1,8 @@
 //! Figure 13: highlights on a ball, on its reflection and on the mirror; and figure 14 in that figure's light.
 
-use super::{CAMERAS, weighed};
+use super::weights::weighed;
 use crate::panels::{below, beside_of_width, cut};
-use crate::stage::{print, rgb};
+use crate::stage::{CAMERAS, print, rgb};
 use anyhow::Result;
 use catoptric_testkit::highlights::{Figure13, Highlights};
 use glam::DVec2;

@@ -1,9 +1,10 @@
 //! Figure 21: some reflectors show environment maps, the others what sample-based cameras give.
 
-use super::{CAMERAS, FULL, Row};
+use super::rows::Row;
+use super::sizes::FULL;
 use crate::commands::Line;
 use crate::panels::{below, beside_of_width};
-use crate::stage::{Frames, Stage, flip, print, rgb};
+use crate::stage::{CAMERAS, Frames, Stage, flip, print, rgb};
 use anyhow::Result;
 use image::RgbImage;
 

@@ -1,9 +1,10 @@
 //! Figure 15: ambiguous vertices of reflection morphing, discarded and cured; and a walk through the grid of nodes.
 
-use super::{CAMERAS, FULL, Row};
+use super::rows::Row;
+use super::sizes::FULL;
 use crate::commands::Line;
 use crate::panels::{below, beside_of_width};
-use crate::stage::{Stage, flip, print, rgb};
+use crate::stage::{CAMERAS, Stage, flip, print, rgb};
 use anyhow::{Context, Result};
 use catoptric::framebuffer::Framebuffer;
 use catoptric::light::path_tracer::specular_mask;

@@ -2,7 +2,7 @@
 //! frames by the scene's size.
 
 use crate::panels::{beside_of_width, save_small};
-use crate::root;
+use crate::repository::root;
 use crate::stage::{median, print, rgb, timed};
 use anyhow::{Context, Result};
 use catoptric::framebuffer::Framebuffer;

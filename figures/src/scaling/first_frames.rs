@@ -2,7 +2,7 @@
 //! and on files, from the program's start to the picture.
 
 use crate::program::{catoptric, json};
-use crate::root;
+use crate::repository::{root, run};
 use crate::stage::print;
 use anyhow::{Context, Result};
 use catoptric::methods;
@@ -10,10 +10,10 @@ use catoptric_scenes::{builtin, import};
 use std::path::Path;
 use std::time::Instant;
 
-/// What takes longer is marked in the table.
+/// The time in seconds beyond which a first frame is marked in the table.
 const GOAL_S: f64 = 10.0;
 
-/// What is drawn of each scene.
+/// The options with which each scene is drawn.
 const QUESTION: [&str; 7] = ["--size", "640x480", "--samples", "4", "--order", "2", "--quiet"];
 
 /// A scene of the table.
@@ -29,7 +29,7 @@ struct Row {
 /// Prints the table of the built-in scenes, or that of files.
 pub(crate) fn draw(files: &[String]) -> Result<()> {
     // Built before anything is timed.
-    crate::run(catoptric(&["--version"]).stdout(std::process::Stdio::null()))?;
+    run(catoptric(&["--version"]).stdout(std::process::Stdio::null()))?;
     let rows = if files.is_empty() { builtin_rows() } else { files.iter().map(|file| file_row(file)).collect() };
     let ids: Vec<&str> = methods::all().iter().map(|method| method.id).collect();
     let titles: String = ids.iter().map(|id| format!(" `{id}` |")).collect();

@@ -1,7 +1,7 @@
 //! The growth of frame times of `auto`, beside those of the reference and of two other methods.
 
 use super::plot::{self, Curve, Plot};
-use crate::root;
+use crate::repository::root;
 use crate::stage::{Stage, count, flip, print};
 use anyhow::{Context, Result, anyhow};
 use catoptric::scene::Model;

@@ -20,8 +20,8 @@ const EYE_STEP_DEG: f32 = 0.5;
 /// A difference of colours that counts, of 255: as in the errors of single pictures.
 const VISIBLE: i32 = 25;
 
-/// What moves: nodes whose names begin so, by an angle a frame about a vertical axis through the node's origin, or the
-/// world's, and by a step.
+/// A motion: nodes whose names begin so move by an angle a frame about a vertical axis through the node's origin, or
+/// the world's, and by a step.
 struct Motion {
     name: &'static str,
     specification: &'static str,

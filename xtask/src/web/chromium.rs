@@ -16,7 +16,7 @@ const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chro
 /// The time after which something that has not come is a failure.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// What a browser draws with.
+/// The graphics that a browser draws with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Graphics {
     /// WebGPU, by a driver that draws on the processor.
@@ -78,7 +78,7 @@ pub(super) struct Page {
     /// Sessions with the workers that live, the newest last.
     workers: Vec<String>,
     commands: u64,
-    /// What the page has complained about.
+    /// The errors that the page has printed since it was last visited.
     pub(super) complaints: Vec<String>,
     _profile: TempDir,
 }
@@ -269,7 +269,7 @@ impl Page {
 
 impl Drop for Page {
     fn drop(&mut self) {
-        // It may have gone by itself.
+        // The browser may have gone by itself.
         let _ = self.browser.kill();
         let _ = self.browser.wait();
     }

@@ -7,9 +7,8 @@
 //! identity and payloads alone. Payloads have the bytes that the identity says, or at most that many.
 
 use crate::error::BakeError;
-use crate::identity::{Identity, MAX_IDENTITY_BYTES, SCHEMA};
+use crate::plan::{AnyIdentity, Identity, MAX_IDENTITY_BYTES, SCHEMA};
 use crate::unit::{self, array_at, u32_at, u64_at};
-use serde::Deserialize;
 use std::ops::Range;
 
 /// The first bytes of a baked file. No text begins so, and transfers as text would change it.
@@ -21,12 +20,6 @@ pub const ALIGNMENT: u64 = 64;
 const HEADER_BYTES: usize = 40;
 pub(crate) const HASH_BYTES: usize = 32;
 const ROW_BYTES: u64 = 48;
-
-/// The part of any version's identity that holds the version.
-#[derive(Deserialize)]
-pub(crate) struct AnyIdentity {
-    pub(crate) schema: u32,
-}
 
 /// The layout of a file with an identity.
 #[derive(Clone, Debug, PartialEq, Eq)]

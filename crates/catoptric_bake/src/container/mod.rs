@@ -5,10 +5,11 @@ mod layout;
 mod tests;
 
 pub use layout::{ALIGNMENT, FORMAT_VERSION};
-pub(crate) use layout::{AnyIdentity, HASH_BYTES, Layout};
+pub(crate) use layout::{HASH_BYTES, Layout};
 
 use crate::error::BakeError;
-use crate::identity::{Identity, PlanHash};
+use crate::plan::Identity;
+use crate::plan_hash::PlanHash;
 use memmap2::{Mmap, MmapMut};
 use rayon::prelude::*;
 use std::fmt;

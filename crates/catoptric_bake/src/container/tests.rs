@@ -115,7 +115,7 @@ fn identities_that_lie_are_refused() {
     assert!(with("\"bytes\":64", "\"bytes\":63").contains("sizes do not fit the file"));
     assert!(with("\"bytes\":64", "\"bytes\": 0").contains("sizes do not fit the file"));
     assert!(with("\"st\":16", "\"st\": 6").contains("canonical"));
-    // Its canonical form is longer than itself.
+    // The canonical form of this number is longer than the number as written.
     assert!(with("\"st\":16", "\"st\":1E").contains("identity"));
     assert!(with("\"st\":16}", "\"s\":1E9}").contains("canonical"));
     assert!(with("\"schema\"", "\"scheme\"").contains("missing field `schema`"));

@@ -92,26 +92,26 @@ impl RunOptions<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// It was missing and is published.
+    /// The unit was missing and is published.
     Made,
-    /// It was there.
+    /// The unit was there.
     Skipped,
-    /// It was there, damaged, and a good one is published in its place.
+    /// The unit was there, damaged, and a good one is published in its place.
     Replaced,
-    /// It was made, but another writer had published the same bits first.
+    /// The unit was made, but another writer had published the same bits first.
     Beaten,
 }
 
 /// A unit that is done.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct UnitDone<'a> {
-    /// Its number.
+    /// The unit's number in the plan.
     pub number: u64,
-    /// Its name in the plan.
+    /// The unit's name in the plan.
     pub name: &'a str,
     /// The bytes of its payload as planned, or the most that it may have.
     pub bytes: u64,
-    /// Its outcome.
+    /// The way in which the unit was done.
     pub outcome: Outcome,
     /// The maker's note on how it was made; `None` if it was not made now.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -198,7 +198,7 @@ struct Run<'a> {
     work: &'a dyn Work,
     options: &'a RunOptions<'a>,
     listing: Listing<'a>,
-    /// Those of the shard.
+    /// The batches of the shard, as ranges of numbers of units.
     batches: Vec<Range<u64>>,
     /// Their units.
     total: u64,
@@ -335,7 +335,7 @@ impl Run<'_> {
                 // was sent finds that again.
                 return Ok(if replaced { Outcome::Replaced } else { Outcome::Beaten });
             }
-            match unit::decode_planned(&found, &self.plan.identity, self.listing.hash, number) {
+            match self.plan.identity.units[number as usize].decode(&found, self.listing.hash, number) {
                 Ok(_) => {
                     let name = self.plan.identity.units[number as usize].name.clone();
                     return Err(BakeError::Differs { file: file(), number, name });

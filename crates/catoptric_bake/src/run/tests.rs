@@ -51,7 +51,8 @@ fn what_is_there_is_skipped() {
     assert_eq!(run(&plan, &store, &work, &empty).unwrap(), RunReport::default());
 }
 
-/// What is made at once is one shard's, and made again where a part of it is missing; every unit is reported once.
+/// A batch, which is made at once, is one shard's, and made again where a part of it is missing; every unit is reported
+/// once.
 #[test]
 fn batches_are_made_whole_by_one_shard() {
     let mut plan = plan(&sizes(11));
@@ -112,7 +113,7 @@ impl Work for Counted<'_> {
     }
 }
 
-/// What is left of one shard is spread over all shards of a list.
+/// Units that one shard has left are spread over all shards of a list.
 #[test]
 fn listed_units_are_divided_into_shards() {
     let (plan, store) = (plan(&sizes(12)), MemoryStore::default());
@@ -403,7 +404,7 @@ fn units_may_be_smaller_than_planned() {
         assert_eq!(baked.unit(number), &payload(&plan, number)[..size(number)]);
     }
 
-    // What was cut off is still noticed, if not by its size alone.
+    // Files that were cut off are still noticed, if not by their size alone.
     store.files.lock().unwrap().get_mut(&unit::file_name(5, 6)).unwrap().truncate(100);
     store.files.lock().unwrap().get_mut(&unit::file_name(3, 6)).unwrap().pop();
     let bad = |check: Check| status(&plan, &store, check).unwrap().bad.iter().map(|bad| bad.number).collect::<Vec<_>>();
@@ -417,7 +418,7 @@ fn units_may_be_smaller_than_planned() {
         let error = run(&plan, &MemoryStore::default(), &wrong, &RunOptions::default()).unwrap_err();
         assert!(matches!(error, BakeError::Size { planned: 40, .. }), "{error}");
     }
-    // So are merged files in which one is.
+    // Merged files with such a unit are refused, too.
     let mut exact = plan.clone();
     exact.identity.units[4].at_most = false;
     let layout =

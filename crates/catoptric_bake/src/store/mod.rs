@@ -1,9 +1,7 @@
 //! Stores in which plans and units are published: a folder, or anything with the operations of an object store.
 
-mod claim;
 mod local;
 
-pub use claim::Claim;
 pub use local::LocalStore;
 
 use crate::error::BakeError;
@@ -11,7 +9,7 @@ use crate::error::BakeError;
 /// The outcome of creating a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Created {
-    /// It is there now, whole.
+    /// The file is there now, whole.
     New,
     /// There was one already; it is as it was.
     Existed,
@@ -20,9 +18,9 @@ pub enum Created {
 /// A file of a store.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
-    /// Its name.
+    /// The file's name.
     pub name: String,
-    /// Its bytes.
+    /// The size of the file in bytes.
     pub bytes: u64,
 }
 

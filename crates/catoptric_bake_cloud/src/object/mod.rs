@@ -1,25 +1,18 @@
 //! An object store, such as S3, as a store.
 
 mod crypto;
+mod requests;
 mod service;
 
 use catoptric_bake::{BakeError, Created, Entry, Store, check_name};
-use object_store::client::{HttpError, HttpErrorKind};
 use object_store::path::Path;
-use object_store::{BackoffConfig, ClientOptions, ObjectStore as _, ObjectStoreExt, PutMode, RetryConfig};
+use object_store::{ObjectStore as _, ObjectStoreExt, PutMode};
+use requests::{LONGEST_PAUSE, describe, is_cut};
 use service::Service;
-use std::error::Error;
 use std::io;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::runtime::Runtime;
-
-/// The longest pause between two attempts.
-const LONGEST_PAUSE: Duration = Duration::from_secs(10);
-/// The time for one request: enough for the largest unit at a megabyte a second.
-const REQUEST_TIME: Duration = Duration::from_secs(120);
-/// The time for a connection.
-const CONNECT_TIME: Duration = Duration::from_secs(10);
 
 /// A prefix in a bucket of S3, of a server with the same interface, of Google Cloud Storage, or in a container of Azure
 /// Blob Storage.
@@ -103,44 +96,6 @@ impl ObjectStore {
 /// True for the address of an object store; all else is a folder.
 pub(crate) fn is_address(place: &str) -> bool {
     Service::of_address(place).is_some()
-}
-
-fn options() -> ClientOptions {
-    ClientOptions::new().with_timeout(REQUEST_TIME).with_connect_timeout(CONNECT_TIME)
-}
-
-fn retries(patience: Duration) -> RetryConfig {
-    let init_backoff = Duration::from_millis(100);
-    let backoff = BackoffConfig { init_backoff, max_backoff: LONGEST_PAUSE, base: 2.0 };
-    // The time ends the attempts.
-    RetryConfig { backoff, max_retries: 1000, retry_timeout: patience }
-}
-
-/// True if an error is one of the connection, not an answer of the server.
-fn is_cut(error: &object_store::Error) -> bool {
-    let mut cause: Option<&(dyn Error + 'static)> = Some(error);
-    while let Some(error) = cause {
-        if let Some(error) = error.downcast_ref::<HttpError>() {
-            // The rest are requests that could not even be made.
-            return !matches!(error.kind(), HttpErrorKind::Unknown);
-        }
-        cause = error.source();
-    }
-    false
-}
-
-/// An error with its causes, as far as they are not in its message already, on one line.
-fn describe(error: &dyn Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        let more = error.to_string();
-        if !text.contains(&more) {
-            text += &format!(": {more}");
-        }
-        cause = error.source();
-    }
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The error with what to do about it.

@@ -1,6 +1,7 @@
 //! Whose object store it is: clients, and the variables that they are set up by.
 
-use super::{crypto, describe, options, retries};
+use super::crypto;
+use super::requests::{describe, options, retries};
 use object_store::aws::AmazonS3Builder;
 use object_store::azure::MicrosoftAzureBuilder;
 use object_store::gcp::GoogleCloudStorageBuilder;
@@ -58,7 +59,7 @@ impl Service {
     /// The client for a bucket (Azure: a container), set up by variables of the environment. Others are ignored.
     ///
     /// # Errors
-    /// What does not fit.
+    /// The text about variables that do not fit.
     pub(super) fn client(
         self,
         bucket: &str,

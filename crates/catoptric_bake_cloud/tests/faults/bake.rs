@@ -14,7 +14,7 @@ const UNITS: u64 = 6 * 34;
 /// Longer than anything takes on a machine that does something else as well.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// What is baked: a unit a row of views, of some tenths of a second.
+/// The scene and settings of the bake: a unit a row of views, of some tenths of a second.
 const WHAT: [&str; 9] = [
     "builtin:sphere_room?tess=16",
     "--method",
@@ -114,7 +114,7 @@ pub(crate) fn with_faults() {
     let [victim] = cluster.programs(&killed.node)[..] else { panic!("one task runs on {}", killed.node) };
     signal(victim, "KILL");
     let [survivor] = cluster.programs(&cut_off.node)[..] else { panic!("one task runs on {}", cut_off.node) };
-    // It sleeps until its copy has begun, so that both write at once.
+    // The surviving task sleeps until its copy has begun, so that both write at once.
     signal(survivor, "STOP");
     cluster.cut_off(&cut_off.node);
     cluster.lose(&lost.node);

@@ -39,7 +39,7 @@ fn trials() -> Vec<Trial> {
     let efficiency = "the share of time that is spent in units, without faults";
     vec![
         trial(faults, slurm.clone(), bake::with_faults),
-        // It is run when it is asked for.
+        // The measure of efficiency runs only when it is asked for.
         trial(efficiency, slurm, bake::efficiency).with_ignored_flag(true),
     ]
 }

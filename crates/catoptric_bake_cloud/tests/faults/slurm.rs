@@ -182,7 +182,7 @@ impl Drop for Cluster {
             }
         }
         for daemon in self.nodes.iter_mut().flatten().chain([&mut self.controller, &mut self.munged]) {
-            // It may have ended of itself.
+            // The daemon may have ended of itself.
             let _ = daemon.kill();
             let _ = daemon.wait();
         }
@@ -190,7 +190,7 @@ impl Drop for Cluster {
 }
 
 pub(crate) fn signal(pid: u32, name: &str) {
-    // It may be gone already.
+    // The process may be gone already.
     let _ = Command::new("kill").args([&format!("-{name}"), &pid.to_string()]).stderr(Stdio::null()).status();
 }
 

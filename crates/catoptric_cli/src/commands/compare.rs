@@ -179,7 +179,7 @@ fn compared<'a>(
 ) -> Result<Vec<Compared<'a>>, Failure> {
     let mut stems = HashSet::from([REFERENCE, CROP_STEM].map(String::from));
     let compared = methods.iter().map(|wanted| {
-        let chosen = settings::choose_baked(&wanted.id, &wanted.settings, shot)?;
+        let chosen = shot.choose(&wanted.id, &wanted.settings)?;
         let is_truth = truth.is_some_and(|truth| chosen.info.id == REFERENCE && chosen.settings == truth.settings);
         let stem = if is_truth { REFERENCE.to_owned() } else { unique(&mut stems, wanted.file_stem()) };
         Ok(Compared { wanted, chosen, is_truth, stem })

@@ -11,12 +11,13 @@ use catoptric_options::parse::Exposure;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Display {
     shown: tone::Display,
-    /// It was chosen here, as little could be seen.
+    /// The exposure was chosen here, as little could be seen at the usual one.
     is_chosen: bool,
 }
 
 impl Display {
-    /// What the command line asks for, by a picture of a view of the scene: what surfaces show in it counts.
+    /// The display that the command line asks for, by a picture of a view of the scene: the pixels that show surfaces
+    /// count.
     pub(crate) fn new(args: &DisplayArgs, scene: &Scene, view: &View, picture: &Framebuffer) -> Self {
         let stops = match args.exposure {
             Some(Exposure::Stops(stops)) => Some(stops),
@@ -59,7 +60,7 @@ impl Display {
         self.shown.exposed(picture)
     }
 
-    /// What the user should know of it.
+    /// A remark for the user that the exposure was chosen here; `None` if it was not.
     pub(crate) fn remark(&self) -> Option<String> {
         let stops = self.shown.exposure_stops;
         self.is_chosen.then(|| {

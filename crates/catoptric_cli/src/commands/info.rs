@@ -206,7 +206,7 @@ fn as_text(model: &Model, scene: &Scene, clips: &[Clip]) -> String {
     text
 }
 
-/// What is shown of a surface's lobes.
+/// The lines about a surface's lobes: roughness, shares above 0 and the like.
 fn lobes(material: &Material) -> Vec<String> {
     let (Some(lobes), Some(facets)) = (material.lobes(), &material.microfacets) else { return Vec::new() };
     let thin = if lobes.is_thin { "thin wall" } else { "transmission" };

@@ -48,7 +48,7 @@ pub(crate) fn run(args: &RenderArgs, options: &ArgMatches, terminal: &Terminal) 
     let mut given: toml::Table = args.set.iter().map(|(key, text)| (key.clone(), settings::value(text))).collect();
     given.extend(settings::of_variant(&args.method, variant)?);
     baked::check_methods(&shot.bakes, &[id])?;
-    let chosen = settings::choose_baked(id, &given, &shot)?;
+    let chosen = shot.choose(id, &given)?;
     let _folders = make_writable(&outputs)?;
     backend::remark(&args.draw, shot.gpu.as_ref(), terminal);
     terminal.set_subject(id);

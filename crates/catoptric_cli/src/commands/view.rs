@@ -16,7 +16,7 @@ pub(crate) fn run(args: &ViewerArgs) -> Result<Output, Failure> {
     let program = find()?;
     let words = args.words.iter().skip_while(|word| *word == "--");
     let mut viewer = Command::new(&program);
-    // Its help names what was typed.
+    // The viewer's help names what was typed.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::arg0(&mut viewer, "catoptric view");
     let ended = viewer.args(words).status();

@@ -132,7 +132,7 @@ impl Failure {
         Self::Input(anyhow::anyhow!("{problem}"))
     }
 
-    /// What went wrong.
+    /// The one message about the failure.
     pub(crate) fn message(&self) -> String {
         match self {
             Self::Usage(problem) => problem.clone(),

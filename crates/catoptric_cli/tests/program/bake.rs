@@ -60,7 +60,7 @@ fn a_bake_that_is_killed_again_and_again_is_the_same() {
         child.wait().unwrap();
         let units = fs::read_dir(place.path("room.bake.parts")).map_or(0, Iterator::count);
         within += u32::from((2..37).contains(&units));
-        // It appears whole or not at all.
+        // The baked file appears whole or not at all.
         if let Ok(found) = fs::read(place.path("room.bake")) {
             assert!(found == expected, "after {kills} kills");
             fs::remove_file(place.path("room.bake")).unwrap();

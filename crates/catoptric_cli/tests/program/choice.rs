@@ -1,4 +1,4 @@
-//! What is chosen of a scene file: its variants and animations.
+//! Choices among the parts of a scene file: its variants and animations.
 
 use crate::workplace::Workplace;
 use serde_json::{Value, json};

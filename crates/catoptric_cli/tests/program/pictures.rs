@@ -1,4 +1,4 @@
-//! What pictures of `catoptric render` hold: formats, parts, transparency, masks and layers.
+//! The content of pictures of `catoptric render`: formats, parts, transparency, masks and layers.
 
 use crate::workplace::Workplace;
 use catoptric::framebuffer::{Framebuffer, srgb_from_linear};

@@ -1,6 +1,6 @@
 //! Changes of a model by name, after its file was read: what is moved, and what looks otherwise.
 
-use super::roles::NamePattern;
+use super::name_pattern::NamePattern;
 use super::{Material, Microfacets, Role};
 use crate::error::SceneError;
 use glam::{Vec3, Vec4};

@@ -69,8 +69,8 @@ impl Texture {
 
 impl Environment {
     fn write_identity(&self, sink: &mut Sink<'_>) {
-        put_printed(sink, &(self.width, self.height));
-        put_array(sink, &self.radiance);
+        put_printed(sink, &(self.picture.width, self.picture.height));
+        put_array(sink, &self.picture.radiance);
         if self.turn() != 0.0 {
             put_printed(sink, &("turned by", self.turn()));
         }

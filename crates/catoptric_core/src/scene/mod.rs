@@ -7,17 +7,17 @@ pub mod enclosure;
 pub mod hit;
 mod identity;
 mod light;
-mod light_visibility;
 mod material;
 pub mod model;
+mod name_pattern;
 mod pose;
 pub mod roles;
 mod shading;
+mod shadows;
 mod view;
 
 pub use blend::{Attenuation, Blend};
 pub use light::{Light, LightKind};
-pub use light_visibility::LightVisibility;
 pub use material::{
     AlphaMode, Film, LobeTexture, Lobes, Material, Microfacets, NormalMap, OcclusionMap, Role, SHARP_ROUGHNESS,
     TextureBinding,
@@ -44,6 +44,8 @@ use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use std::any::Any;
+use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -84,17 +86,17 @@ pub struct Scene {
     pub textures: Vec<Arc<Texture>>,
     /// Lights of the file.
     pub lights: Vec<Light>,
-    /// What stands between points and lights; `None`: lights cast no shadows.
+    /// The means to tell what stands between points and lights; `None`: lights cast no shadows.
     pub light_visibility: Option<Arc<dyn LightVisibility>>,
     /// Light from infinity.
     pub environment: Option<Arc<Environment>>,
-    /// What surfaces see of it, for the light that they scatter; `None`: all of it.
+    /// The parts of the environment that surfaces see, for the light that they scatter; `None`: all of it.
     pub sky: Option<Arc<Sky>>,
-    /// What a mirror or lens shows at the last event that a path may have: light from infinity, as if nothing stood
-    /// before it; otherwise nothing. Look-ups show nothing.
+    /// True if a mirror or lens shows light from infinity at the last event that a path may have, as if nothing stood
+    /// before it; otherwise it shows nothing there. Look-ups show nothing.
     pub ends_in_environment: bool,
-    /// What the eye sees where nothing stands before it, in place of the light from infinity, which mirrors, glass and
-    /// surfaces see still.
+    /// The radiance that the eye sees where nothing stands before it, in place of the light from infinity, which
+    /// mirrors, glass and surfaces see still.
     pub backdrop: Option<Vec3>,
     /// Cameras; the first is the default.
     pub cameras: Vec<Camera>,
@@ -104,6 +106,31 @@ pub struct Scene {
     pub region: Option<Aabb>,
 }
 
+/// The means of a scene to tell what stands between two points, for shadows of lights.
+pub trait LightVisibility: Debug + Send + Sync {
+    /// The share of light of each colour that goes straight on along a ray to a distance: 0 behind what is opaque, 1
+    /// where nothing stands. The scene is the one that the means were made for.
+    fn passing(&self, scene: &Scene, ray: &Ray, distance: f32) -> Vec3;
+
+    /// Sets the shares of a light that arrive at several points, above the surfaces that they belong to: as many as
+    /// there are points. The same as one after the other, but faster where they are near each other.
+    fn find_passing(&self, scene: &Scene, light: &Light, points: &[Vec3], passing: &mut [Vec3]) {
+        for (point, passing) in points.iter().zip(passing) {
+            let way = light.way_from(*point);
+            *passing = way.map_or(Vec3::ONE, |(ray, distance)| self.passing(scene, &ray, distance));
+        }
+    }
+
+    /// The hierarchy of what stands in the way, which rays of sight use as well if it is of the same objects.
+    fn hierarchy(&self) -> &dyn Any;
+
+    /// The means for another moment of the scene, in which the same triangles are elsewhere; `None` if they have to be
+    /// made anew.
+    fn moved_to(&self, _scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
+        None
+    }
+}
+
 /// One primitive at one place.
 #[derive(Clone, Debug)]
 pub struct Object {
@@ -111,7 +138,7 @@ pub struct Object {
     pub name: String,
     /// Index of the material; its role is the object's.
     pub material: u32,
-    /// Its triangles.
+    /// The object's triangles, by their numbers in the scene.
     pub triangles: Range<u32>,
     /// Their vertices.
     pub vertices: Range<u32>,

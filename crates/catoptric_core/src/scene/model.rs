@@ -38,9 +38,9 @@ pub struct Model {
     pub textures: Vec<Arc<Texture>>,
     /// Light from infinity.
     pub environment: Option<Arc<Environment>>,
-    /// What [`Scene::ends_in_environment`](super::Scene::ends_in_environment) is to be.
+    /// The value of [`Scene::ends_in_environment`](super::Scene::ends_in_environment).
     pub ends_in_environment: bool,
-    /// What [`Scene::backdrop`](super::Scene::backdrop) is to be.
+    /// The value of [`Scene::backdrop`](super::Scene::backdrop).
     pub backdrop: Option<Vec3>,
     /// Cameras; the first is the default.
     pub cameras: Vec<CameraAsset>,
@@ -52,7 +52,7 @@ pub struct Model {
     pub roles: Vec<super::roles::RoleRule>,
     /// The file's blends of mirrors by name, over their materials; later ones win.
     pub blends: Vec<super::roles::BlendRule>,
-    /// What is moved by name, whatever animations do; ways add up.
+    /// Rules that move nodes by name, whatever animations do; ways add up.
     pub moves: Vec<super::edits::MoveRule>,
     /// Looks by name, over all materials; later ones win.
     pub looks: Vec<super::edits::LookRule>,
@@ -135,7 +135,7 @@ impl LocalTransform {
 pub struct MeshAsset {
     /// The name in the file; may be empty.
     pub name: String,
-    /// Its parts, one a material.
+    /// The mesh's parts, one a material.
     pub primitives: Vec<Primitive>,
     /// Default weights of the morph targets.
     pub morph_weights: Vec<f32>,
@@ -240,15 +240,15 @@ pub enum ChannelValues {
 /// A camera and where it stands.
 #[derive(Clone, Debug)]
 pub struct CameraAsset {
-    /// Its name; may be empty.
+    /// The camera's name; may be empty.
     pub name: String,
     /// A second name to find it by; may be empty.
     pub other_name: String,
     /// The node it is fixed to; `None`: `placement` is in the world.
     pub node: Option<usize>,
-    /// Its place in the node or in the world; it looks along -z.
+    /// The place in the node or in the world; the camera looks along -z.
     pub placement: Affine3A,
-    /// Its projection.
+    /// The projection onto the picture.
     pub projection: Projection,
 }
 
@@ -264,7 +264,7 @@ pub struct LightAsset {
 /// An analytic surface as it stands in a file; the node places it by rotation and translation alone.
 #[derive(Clone, Debug)]
 pub struct AnalyticAsset {
-    /// Its shape in the node's frame.
+    /// The shape in the node's frame.
     pub surface: AnalyticSurface,
     /// Index of the material.
     pub material: usize,

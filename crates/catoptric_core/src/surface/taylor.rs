@@ -7,9 +7,9 @@ use glam::{DMat3, DVec3};
 pub struct Taylor2 {
     /// The function's value.
     pub value: f64,
-    /// Its gradient; it points to the outer side.
+    /// The function's gradient; it points to the outer side.
     pub gradient: DVec3,
-    /// Its (symmetric) Hessian.
+    /// The function's (symmetric) Hessian.
     pub hessian: DMat3,
 }
 

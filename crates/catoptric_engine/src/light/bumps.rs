@@ -98,7 +98,8 @@ impl<'a> BumpyMeeting<'a> {
         let incoming = ray.direction + change.direction_dx * offset.x + change.direction_dy * offset.y;
         let incoming = incoming.try_normalize()?;
         let (across, along) = normal.any_orthonormal_pair();
-        // Of two normally distributed numbers whose squares have this sum in the mean (Box and Muller).
+        // The sine, cosine and length of two normally distributed numbers whose squares have this sum in the mean (Box
+        // and Muller).
         let (sine, cosine) = (TAU * slope.x).sine_cosine();
         let length = (-variance * (1.0 - slope.y).max(f32::MIN_POSITIVE).logarithm()).sqrt();
         let normal = (normal + (across * cosine + along * sine) * length).try_normalize()?;
@@ -109,7 +110,7 @@ impl<'a> BumpyMeeting<'a> {
 }
 
 impl BumpyPart<'_> {
-    /// Its light by an event; `None` where no light goes this way.
+    /// The part's light by an event; `None` where no light goes this way.
     pub fn leaving(&self, kind: BounceKind) -> Option<LeavingPart> {
         let Self { tracer, incoming, change, encounter, step, .. } = self;
         let weight = step.weight(kind);

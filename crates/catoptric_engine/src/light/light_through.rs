@@ -47,7 +47,7 @@ impl<'a> LightThrough<'a> {
         self.clear[object as usize]
     }
 
-    /// What is left.
+    /// The share of light of each colour that has passed everything so far.
     pub(super) fn passed(&self) -> Vec3 {
         // A body that the way ends in is entered and not left.
         let absorbed = self.absorbed.get().max(Vec3::ZERO);

@@ -1,4 +1,4 @@
-//! What refracts and absorbs on both sides of a surface of a body, within other bodies or touching them.
+//! Media on both sides of a surface of a body, within other bodies or touching them: how they refract and absorb.
 //!
 //! Where bodies overlap, one of them fills the place: that of the greater priority (Schmidt, Budge 2002, Simple nested
 //! dielectrics in ray traced images), or else the smaller one. Surfaces of the others are not met there. Faces of
@@ -22,7 +22,7 @@ const MOST_IN_ONE_PLACE: usize = 8;
 /// The least cosine at which surfaces in one place are sought along a ray.
 const LEAST_COSINE: f32 = 0.02;
 
-/// What lies on both sides of a surface that a ray meets.
+/// The media on both sides of a surface that a ray meets.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sides {
     /// Index of refraction before the surface over that behind it, over what that would be in vacuum.
@@ -36,7 +36,7 @@ pub(crate) struct Sides {
 }
 
 impl Sides {
-    /// Those of a surface that a ray meets on its outer side or from within, as if no other body were near;
+    /// The sides of a surface that a ray meets on its outer side or from within, as if no other body were near;
     /// `absorption` is that of the medium about it.
     #[inline(always)]
     pub(crate) fn alone(material: &Material, outside: bool, absorption: Vec3) -> Self {
@@ -96,7 +96,7 @@ impl Tracer {
         bodies
     }
 
-    /// What lies on both sides of a point of a body that a ray meets, which runs within some bodies.
+    /// The sides of a point of a body that a ray meets, which runs within some bodies.
     pub(crate) fn sides(&self, scene: &Scene, ray: &Ray, within: &Bodies, point: &SurfacePoint) -> Sides {
         let outside = ray.direction.dot(point.geometric_normal) <= 0.0;
         let (mut before, mut behind) = (*within, *within);

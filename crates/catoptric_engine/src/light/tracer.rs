@@ -304,7 +304,7 @@ struct Walk<'a> {
     near: f32,
     /// The objects that are met, if not all are.
     objects: Option<&'a [bool]>,
-    /// What light passes on the way, if some objects let it.
+    /// The objects that light passes on the way, if some let it, with the share that has passed them.
     through: Option<&'a LightThrough<'a>>,
 }
 
@@ -326,7 +326,7 @@ impl Walk<'_> {
         self.run_in::<Portable, C>(tests)
     }
 
-    /// Whether there is any primitive nearer than a distance, with AVX2 where the machine has it.
+    /// True if any primitive is nearer than a distance, with AVX2 where the machine has it.
     fn is_blocked(&self, distance: f32) -> bool {
         #[cfg(target_arch = "x86_64")]
         {

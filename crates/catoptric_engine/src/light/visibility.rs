@@ -9,10 +9,10 @@ use std::any::Any;
 use std::cell::RefCell;
 use std::sync::Arc;
 
-/// What stands between lights and surfaces.
+/// The objects between lights and surfaces, for rays of shadow.
 #[derive(Debug)]
 struct ShadowRays {
-    /// Of all objects that stop or weaken light.
+    /// A tracer of all objects that stop or weaken light.
     tracer: Tracer,
     /// Which objects let light pass; empty: none of them.
     clear: Vec<bool>,

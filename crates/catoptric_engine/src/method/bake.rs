@@ -57,7 +57,7 @@ pub trait UnitMaker: Sync {
 /// A unit that was made.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct MadeUnit {
-    /// Its bytes.
+    /// The bytes of the unit's payload.
     pub bytes: Vec<u8>,
     /// A note for people on how it was made, such as the remaining error; no part of the bake.
     pub note: Option<String>,
@@ -66,14 +66,14 @@ pub struct MadeUnit {
 /// One unit of a bake.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BakeUnit {
-    /// Its name, for people.
+    /// The unit's name, for people.
     pub name: String,
-    /// Its number of bytes, or the most that it may have.
+    /// The number of bytes of the unit's payload, or the most that it may have.
     pub bytes: u64,
-    /// It may have fewer: how many is known only once it is made.
+    /// The payload may have fewer bytes: how many is known only once it is made.
     pub at_most: bool,
-    /// It is made at once with the unit before it, from the same work: both are of one batch, which no two machines
-    /// share. Units are small for stores and for what a damaged one costs, batches as large as work is.
+    /// The unit is made at once with the unit before it, from the same work: both are of one batch, which no two
+    /// machines share. Units are small for stores and for what a damaged one costs, batches as large as work is.
     pub with_previous: bool,
 }
 

@@ -85,9 +85,9 @@ pub struct MethodInfo {
     pub cpu: bool,
     /// Runs on GPUs, too, by the crate `catoptric_gpu`, in programs that are built with it.
     pub gpu: bool,
-    /// Its long precomputation, if it has any.
+    /// The method's long precomputation, if it has any.
     pub bake: Option<bake::MakeBakeWork>,
-    /// Its settings with their defaults.
+    /// The method's settings with their defaults.
     pub settings: fn() -> Vec<SettingInfo>,
     /// All settings with the values that a table of some of them leads to, presets included.
     pub effective: fn(&toml::Table) -> Result<toml::Table, RenderError>,
@@ -188,7 +188,7 @@ pub trait Frame: Send + Sync {
     }
 
     /// Something to be shown over the picture; `None` for kinds that the method does not have ([`Method::overlays`]).
-    /// It takes about as long as a picture.
+    /// Making it takes about as long as a picture.
     ///
     /// # Errors
     /// As [`Frame::draw`] and [`Frame::path_lists`].

@@ -3,7 +3,7 @@
 use crate::method::Report;
 use crate::raster::DrawList;
 
-/// What appears at the ends of a view's paths: a list a path, shorter paths first.
+/// The geometry that appears at the ends of a view's paths: a list a path, shorter paths first.
 ///
 /// [`Stencil::list`](crate::raster::Stencil::list) counts from 1, the place of a list plus one; 0 is what is seen
 /// directly, of which there is no list. A triangle's group is the object that it belongs to plus 1 where paths may go

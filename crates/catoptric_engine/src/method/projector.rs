@@ -112,7 +112,7 @@ pub struct Projection {
     pub path: u32,
     /// Focal points that the path has passed, summed over its segments.
     pub focal_index: u32,
-    /// Its place in the picture, in pixels from the top left corner.
+    /// The appearance's place in the picture, in pixels from the top left corner.
     pub image_px: Vec2,
     /// The change of `image_px.x` and of `image_px.y` with the scene point: pixels a scene unit.
     pub image_change: [Vec3; 2],

@@ -40,7 +40,7 @@ pub struct Report {
     pub bytes: BTreeMap<&'static str, u64>,
     /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// What a method that chooses a way for each reflector has chosen.
+    /// The choices of a method that chooses a way for each reflector.
     pub choices: Vec<Choice>,
     /// The largest error of approximations that were accepted, in pixels, measured where they were made; `None` for
     /// methods that do not measure it.

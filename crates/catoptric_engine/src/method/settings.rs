@@ -9,7 +9,7 @@ use toml::{Table, Value};
 /// The declaration of one setting.
 #[derive(Clone, Copy, Debug)]
 pub struct SettingSpec {
-    /// Its name.
+    /// The setting's name, as in scene files.
     pub name: &'static str,
     /// The kind of its values.
     pub kind: SettingKind,
@@ -17,7 +17,7 @@ pub struct SettingSpec {
     pub limits: Limits,
     /// The unit of a number; empty for pure numbers, counts included.
     pub unit: &'static str,
-    /// Its effect, in sentences.
+    /// The setting's effect, in sentences.
     pub help: &'static str,
     /// The results of a bake depend on it.
     pub is_baked: bool,
@@ -43,9 +43,9 @@ pub enum SettingKind {
 /// One of the values of a setting of the kind [`SettingKind::Choice`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct ChoiceSpec {
-    /// Its name.
+    /// The value's name, as in scene files.
     pub name: &'static str,
-    /// Its effect, in a sentence.
+    /// The value's effect, in a sentence.
     pub help: &'static str,
 }
 
@@ -54,9 +54,9 @@ pub struct ChoiceSpec {
 pub enum Limits {
     /// All of its kind.
     Any,
-    /// Those from the first to the second.
+    /// Numbers from the first to the second.
     Range(f64, f64),
-    /// Those of finite size from this one on.
+    /// Numbers of finite size from this one on.
     AtLeast(f64),
     /// These.
     OneOf(&'static [u64]),
@@ -67,11 +67,11 @@ pub enum Limits {
 /// A setting in the form in which it is shown to users.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SettingInfo {
-    /// Its name.
+    /// The setting's name, as in scene files.
     pub name: &'static str,
     /// The name of its kind: `bool`, `whole`, `number`, `choice`, `text` or `vector`.
     pub kind: &'static str,
-    /// Its default value, as it is written in a scene file.
+    /// The default value, as it is written in a scene file.
     pub default: String,
     /// The least and the largest value of a number; `None` without a largest one.
     pub range: Option<[f64; 2]>,
@@ -84,7 +84,7 @@ pub struct SettingInfo {
     pub limits: Limits,
     /// The unit of a number; empty for pure numbers, counts included.
     pub unit: &'static str,
-    /// Its effect, in sentences.
+    /// The setting's effect, in sentences.
     pub help: &'static str,
 }
 
@@ -126,7 +126,7 @@ impl SettingValue for [f32; 3] {
 }
 
 impl SettingKind {
-    /// Its name in lists.
+    /// The kind's name in lists.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bool => "bool",

@@ -1,7 +1,7 @@
 //! The inner loop: coverage and depth of triangles over the samples of a tile, eight samples at a time.
 //!
-//! It is compiled for several instruction sets; the one to run is chosen when the program runs. All of them do the
-//! same operations in the same order, so results are the same bit for bit.
+//! The loop is compiled for several instruction sets; the one to run is chosen when the program runs. All of them do
+//! the same operations in the same order, so results are the same bit for bit.
 //!
 //! Edge functions are integers and exact. Samples lie on sixteenths of a pixel, so an edge function in units of
 //! 1/256 px is divided by 16 (rounding down, which keeps its sign); within a block of 8 x 8 pixels it then changes by
@@ -39,7 +39,7 @@ pub(super) const fn groups_in_tile(samples: usize) -> usize {
 /// A tile of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct TilePlace {
-    /// Its first pixel column and row.
+    /// The tile's first pixel: column and row.
     pub pixel: [i32; 2],
     /// The same from the picture's centre.
     pub from_center: [i32; 2],

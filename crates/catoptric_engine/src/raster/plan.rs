@@ -1,8 +1,10 @@
 //! The order of a call's drawing: layers, their pieces of work, and the labels of their stencils.
 
+use super::attributes::{barycentrics, in_source};
 use super::bin::ListPart;
-use super::source::FOUND;
-use super::{Branch, DrawList, DrawTriangle};
+use super::fragment::LayerSurface;
+use super::ids::FOUND;
+use super::lists::{Branch, DrawList, DrawTriangle};
 use crate::error::RenderError;
 use catoptric_core::scene::PicturePoint;
 use glam::Vec2;
@@ -18,16 +20,16 @@ pub(super) struct ListPlan {
     first_id: u32,
     /// The label of those samples of the layer below where it may be drawn; 0 in layer 0.
     pub(super) label: u32,
-    /// It is the second branch that it shows.
+    /// True if the list shows the second branch of light.
     pub(super) second: bool,
-    /// True if any of its triangles is.
+    /// True if any of the list's triangles is alpha-tested.
     pub(super) alpha_tested: bool,
 }
 
 /// A layer of the picture.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LayerPlan {
-    /// Its pieces, in drawing order.
+    /// The layer's pieces, in drawing order.
     pub(super) pieces: Range<usize>,
     /// The surfaces its stencils name, sorted: list and group. The label of an entry is its place, plus 1.
     stencils: Vec<(u32, u32)>,
@@ -172,4 +174,15 @@ impl<'a> Plan<'a> {
         let list = list as usize;
         self.lists[list].corners.get((id - self.list_plans[list].first_id) as usize)
     }
+}
+
+/// A surface as passed to the shader at a position in the picture.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn surface_at(plan: &Plan<'_>, id: u32, position: Vec2, leeway: f32) -> LayerSurface {
+    let (list, triangle) = plan.triangle(id);
+    let mut barycentrics = barycentrics(plan.corners(list, triangle), position, leeway);
+    if let Some(corners) = plan.corners_in_source(list, id) {
+        barycentrics = in_source(&barycentrics, corners);
+    }
+    LayerSurface { list, source: triangle.source, group: triangle.group, barycentrics }
 }

@@ -47,7 +47,7 @@ pub fn sample_positions(samples: u32) -> Result<&'static [Vec2], RenderError> {
 pub struct Pattern {
     /// Samples a pixel.
     pub samples: usize,
-    /// Its binary logarithm.
+    /// The binary logarithm of the samples a pixel.
     pub(super) samples_log2: u32,
     /// Different patterns of offsets: 2 where a group is half a pixel, else 1.
     pub halves: usize,

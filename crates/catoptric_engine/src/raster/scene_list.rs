@@ -1,6 +1,7 @@
 //! Scenes without virtual geometry: their objects as a list to draw, and a shader for directly visible surfaces.
 
-use super::{DrawList, DrawTriangle, Fragment, FragmentBatch, FragmentShader, LayerSurface};
+use super::fragment::{Fragment, FragmentBatch, FragmentShader, LayerSurface};
+use super::lists::{DrawList, DrawTriangle};
 use catoptric_core::parallel;
 use catoptric_core::scene::{PicturePoint, Projection, Ray, Role, Scene, ShadingQueue, SurfaceQuery, View, ViewRays};
 use glam::{Vec2, Vec3};

@@ -128,9 +128,9 @@ impl SetupPoint {
 pub enum SetupOutcome {
     /// Nothing of it is in the picture, or it is degenerate or not finite.
     Culled,
-    /// It was drawn whole.
+    /// The triangle was drawn whole.
     Whole,
-    /// It crosses the near plane or the guard band.
+    /// The triangle crosses the near plane or the guard band.
     Clipped,
 }
 

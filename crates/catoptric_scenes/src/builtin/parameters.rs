@@ -7,11 +7,11 @@ use glam::Vec3;
 /// A parameter of a built-in scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterInfo {
-    /// Its name.
+    /// The parameter's name.
     pub name: &'static str,
-    /// Its default value, as it is written in a specification.
+    /// The default value, as it is written in a specification.
     pub default: &'static str,
-    /// Its help text.
+    /// The help text.
     pub help: &'static str,
     /// The values it takes.
     pub allowed: Allowed,

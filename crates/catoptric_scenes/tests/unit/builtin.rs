@@ -422,7 +422,7 @@ fn the_icosahedron_circles_the_vase() {
     assert!(((half_corner - half) - (start_corner - start)).length() > 0.05, "it does not turn");
     let (end, _) = center(8.0);
     assert!((start - end).length() < 1e-3);
-    // It never comes so near that it would touch the vase.
+    // The orbit never comes so near that the sphere would touch the vase.
     assert!(1.42 - 0.3 > (0..=100).map(|s| vase_radius(s as f64 / 100.0)).fold(0.0, f64::max));
     // Nor does it touch the sphere above its way.
     let with_sphere = pose("vase?tess=3&sphere=mirror", 0.0);

@@ -152,7 +152,7 @@ fn elementary_functions_are_portable() {
         "math/scalar",
         "math/interval",
         "math/jet",
-        "surface/analytic/superquadric",
+        "surface/analytic/shapes/superquadric",
         "implicit/expression",
         "metrics/",
     ];

@@ -1,6 +1,7 @@
 //! Workers that end or fail: another one goes on.
 
-use super::{SHARP, SIZE, STATE, Settings, drag, matches_the_library, matches_with_settings, save, state};
+use super::expected::Settings;
+use super::viewer::{SHARP, SIZE, STATE, drag, matches_the_library, matches_with_settings, save, state};
 use crate::web::chromium::{Graphics, Page};
 use anyhow::{Result, ensure};
 use serde_json::json;

@@ -1,6 +1,7 @@
 //! Settings, by links and by hand.
 
-use super::{MOST_OFF, SIZE, STATE, Settings, matches_with_settings, save, share_off};
+use super::expected::Settings;
+use super::viewer::{MOST_OFF, SIZE, STATE, matches_with_settings, save, share_off};
 use crate::web::chromium::{Graphics, Page};
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};

@@ -1,4 +1,4 @@
-//! What of Azure Blob Storage bakes need, by its documentation: blobs of one container, over a folder.
+//! The part of Azure Blob Storage that bakes need, by its documentation: blobs of one container, over a folder.
 
 use hyper::body::Bytes;
 use hyper::header::{AUTHORIZATION, CONTENT_LENGTH, CONTENT_TYPE, ETAG, HeaderValue, IF_NONE_MATCH, LAST_MODIFIED};
@@ -26,7 +26,7 @@ pub(crate) struct Container {
 }
 
 impl Container {
-    /// That of a folder within another.
+    /// The container of this name, whose blobs are files below a folder.
     pub(crate) fn new(folder: &Path, name: &str) -> Self {
         Self { folder: folder.to_owned(), name: name.to_owned() }
     }

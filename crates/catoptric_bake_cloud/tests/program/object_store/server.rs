@@ -47,7 +47,7 @@ impl Provider {
     }
 }
 
-/// What answers requests.
+/// The imitated service that answers requests.
 #[derive(Clone)]
 enum Service {
     Amazon(S3Service),
@@ -55,7 +55,7 @@ enum Service {
     Azure(azure::Container),
 }
 
-/// What happens to a request.
+/// The treatment of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Fate {
     Answered,
@@ -63,9 +63,9 @@ pub(crate) enum Fate {
     Refused,
     /// The connection is cut before anything is done.
     CutBefore,
-    /// It is done, and the connection is cut before the answer.
+    /// The request is done, and the connection is cut before the answer.
     CutAfter,
-    /// It is done, and the connection is cut in the middle of the answer.
+    /// The request is done, and the connection is cut in the middle of the answer.
     CutWithin,
 }
 
@@ -186,7 +186,7 @@ async fn serve(listener: TcpListener, service: Service, state: Arc<State>) {
             let (service, fate) = (service.clone(), state.next());
             async move { answer(&service, request, fate).await }
         });
-        // What ends a connection is the test's or the client's wish.
+        // The test or the client wishes connections to end: errors of theirs are none of the server's.
         tokio::spawn(async { http1::Builder::new().serve_connection(TokioIo::new(stream), answering).await.is_ok() });
     }
 }

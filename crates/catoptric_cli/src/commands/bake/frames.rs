@@ -1,7 +1,8 @@
 //! Frame sequences as units: every frame is drawn by itself, on any machine, and published as the file of a picture.
 
-use super::recipe::{Recipe, whole};
-use super::{place, read_recipe, summary};
+use super::amount::summary;
+use super::place;
+use super::recipe::{Recipe, read_recipe, whole};
 use crate::args::{BakeFramesArgs, FrameFormat, Motion, ViewArgs};
 use crate::baked;
 use crate::drawing::{Shot, check_samples};
@@ -197,7 +198,7 @@ impl SequenceRecipe {
         let hashes = shelf.files().map(|(_, file)| file.plan_hash().to_string()).collect();
         let quality = Quality { samples: *samples, order };
         let shot = Shot::of(model, moment, (view, *motion, (*frames).into()), quality, shelf, progress)?;
-        let chosen = settings::choose_baked(method, given, &shot)?;
+        let chosen = shot.choose(method, given)?;
         if let Some(unfit) = &chosen.unfit {
             return Err(Failure::input(unfit));
         }

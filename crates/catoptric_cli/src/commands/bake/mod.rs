@@ -1,5 +1,6 @@
 //! `catoptric bake`: long precomputation, whole or step by step.
 
+mod amount;
 mod frames;
 mod place;
 mod recipe;
@@ -11,15 +12,14 @@ use crate::args::{
 };
 use crate::failure::{self, Failure, Output, STOPPED};
 use crate::terminal::Terminal;
+use amount::{size, summary};
 use catoptric::output;
 use catoptric::progress::Stage;
 use catoptric_bake::{
-    Check, Claim, Estimate, Identity, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Status, Store, Work, merge,
-    merge_through, status,
+    Check, Claim, Identity, PLAN_NAME, Plan, RunOptions, RunReport, Shard, Store, Work, merge, merge_through, status,
 };
 use clap::ArgMatches;
-use recipe::Recipe;
-use serde::de::DeserializeOwned;
+use recipe::{Recipe, read_recipe};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -137,12 +137,6 @@ fn run_shard(args: &BakeRunArgs, terminal: &Terminal) -> Result<Output, Failure>
     Ok(terminal.unless_quiet(text).into())
 }
 
-/// The recipe of a plan in a file.
-fn read_recipe<R: DeserializeOwned>(plan: &Plan, file: &str) -> Result<R, Failure> {
-    let problem = "its recipe is damaged, or of another version of this program; plan again in another folder";
-    serde_json::from_value(plan.recipe.clone()).map_err(|_| Failure::input(format!("{file}: {problem}")))
-}
-
 /// Refuses a plan of something else than what its recipe leads to now.
 fn refuse_changed(plan: &Plan, now: &Identity, file: &str) -> Result<(), Failure> {
     match plan.identity.difference(now) {
@@ -242,33 +236,4 @@ fn stopped(report: &RunReport, place: &str, terminal: &Terminal) -> Output {
     let done = report.made + report.skipped + report.replaced + report.beaten;
     let text = format!("{place}: stopped: {done} of {} units are done; run it again to go on\n", done + report.left);
     Output { text: terminal.unless_quiet(text), code: STOPPED }
-}
-
-/// The amount of work.
-fn summary(plan: &Plan, found: &Status) -> String {
-    let Estimate { core_hours, bytes } = plan.estimate;
-    let to_make = found.to_make().len() as f64 / found.total.max(1) as f64;
-    let threads = catoptric::parallel::thread_count();
-    let wall = Duration::from_secs_f64(core_hours * 3600.0 * to_make / threads as f64);
-    let mut text = format!("{} units, {}, about {core_hours:.3} core-hours", found.total, size(bytes));
-    if found.complete > 0 {
-        text += &format!("; {} are done", found.complete);
-    }
-    text + &format!("; {} left on {threads} threads", time(wall))
-}
-
-fn size(bytes: u64) -> String {
-    match bytes {
-        0..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
-        _ => format!("{:.2} GB", bytes as f64 / 1e9),
-    }
-}
-
-fn time(duration: Duration) -> String {
-    match duration.as_secs() {
-        0..100 => format!("{:.0} s", duration.as_secs_f64().max(1.0)),
-        100..6000 => format!("{:.0} min", duration.as_secs_f64() / 60.0),
-        secs => format!("{:.1} h", secs as f64 / 3600.0),
-    }
 }

@@ -9,9 +9,10 @@ use catoptric::methods::lookup::light_field::{LightFieldSettings, views_manifest
 use catoptric::methods::{self, Quality, Settings};
 use catoptric::progress::Progress;
 use catoptric::scene::{Model, Scene};
-use catoptric_bake::MethodBake;
+use catoptric_bake::{MethodBake, Plan};
 use catoptric_scenes::ENVIRONMENT_NAMES;
 use clap::ArgMatches;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use toml::Table;
@@ -38,7 +39,7 @@ pub(super) struct Recipe {
     #[serde(default)]
     shadows: bool,
     method: String,
-    /// Those given, over the scene's own.
+    /// The settings given, over the scene's own.
     settings: Table,
     order: u32,
 }
@@ -151,4 +152,10 @@ fn read_settings(path: &Path, info: &methods::MethodInfo) -> Result<Table, Failu
 /// The whole path of a file.
 pub(super) fn whole(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.into())
+}
+
+/// The recipe of a plan, which was read from `file`: that of a bake or of frames.
+pub(super) fn read_recipe<R: DeserializeOwned>(plan: &Plan, file: &str) -> Result<R, Failure> {
+    let problem = "its recipe is damaged, or of another version of this program; plan again in another folder";
+    serde_json::from_value(plan.recipe.clone()).map_err(|_| Failure::input(format!("{file}: {problem}")))
 }

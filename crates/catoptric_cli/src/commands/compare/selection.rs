@@ -73,7 +73,7 @@ pub(super) fn select(wanted: &[String], set: &[(String, String)], is_own: bool) 
     Ok(Selection { truth, methods: selected })
 }
 
-/// Those of the given settings that are for this method.
+/// The settings for this method, among those given; marks these as used.
 fn settings_for(info: &MethodInfo, set: &[(String, String)], used: &mut [bool]) -> Table {
     let names: Vec<&str> = (info.settings)().into_iter().map(|setting| setting.name).collect();
     let mut table = Table::new();

@@ -6,7 +6,7 @@ use catoptric::methods::path_query::PathSearch;
 use catoptric::methods::projection::find::exact_search::{ExactSearch, SearchSettings};
 use glam::DVec3;
 
-/// Its name in `--method`.
+/// The name of the exact search in `--method`.
 pub(super) const EXACT: &str = "exact";
 
 /// The exact search for all paths of one to `job.quality.order` bounces on these objects; blocked ones too, as far as

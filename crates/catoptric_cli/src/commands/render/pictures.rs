@@ -19,7 +19,7 @@ pub(super) struct Pictures<'a> {
     pub(super) args: &'a RenderArgs,
     pub(super) plan: &'a Plan,
     pub(super) passes: Passes<'a>,
-    /// That of the first frame, for all of them.
+    /// The display of the first frame, for all of them.
     pub(super) display: Option<Display>,
 }
 

@@ -1,4 +1,4 @@
-//! What rays follow at a surface that is neither a plain mirror nor plain glass.
+//! Lobes that rays follow at a surface that is neither a plain mirror nor plain glass.
 
 use super::binding::TextureBinding;
 use glam::Vec3;
@@ -45,9 +45,9 @@ pub struct Lobes {
 pub struct Film {
     /// The share of the surface that it covers, 0 to 1.
     pub share: f32,
-    /// Its index of refraction.
+    /// The film's index of refraction.
     pub ior: f32,
-    /// Its thickness in nanometres where its texture is 0, and where it is 1; without a texture the second one.
+    /// The film's thickness in nanometres where its texture is 0, and where it is 1; without a texture the second one.
     pub thickness_nm: [f32; 2],
 }
 

@@ -48,7 +48,7 @@ pub struct Microfacets {
     pub metallic: f32,
     /// Perceptual roughness, 0 to 1: the square root of the distribution's alpha.
     pub roughness: f32,
-    /// Its green channel multiplies `roughness`, its blue one `metallic`.
+    /// A texture whose green channel multiplies `roughness`, and its blue one `metallic`.
     pub texture: Option<TextureBinding>,
     /// Reflectance of the dielectric at normal incidence.
     pub specular: Vec3,
@@ -78,7 +78,7 @@ impl Default for Microfacets {
 /// A texture of a surface's normals in its tangent frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalMap {
-    /// Its texture: made by [`Texture::from_normals8`](super::Texture::from_normals8).
+    /// The texture of normals: made by [`Texture::from_normals8`](super::Texture::from_normals8).
     pub binding: TextureBinding,
     /// The factor on slopes.
     pub scale: f32,
@@ -87,7 +87,7 @@ pub struct NormalMap {
 /// A texture of the share of light from all around that arrives at a surface: its red channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OcclusionMap {
-    /// Its texture.
+    /// The texture whose red channel is the share.
     pub binding: TextureBinding,
     /// How much of it counts, 0 to 1.
     pub strength: f32,
@@ -127,13 +127,13 @@ pub struct Material {
     pub unlit: bool,
     /// Reflection by microscopic facets; `None`: Lambert's law alone.
     pub microfacets: Option<Microfacets>,
-    /// What rays follow at a diffuse surface, beside the light that it scatters.
+    /// Lobes that rays follow at a diffuse surface, beside the light that it scatters.
     pub lobes: Option<Box<Lobes>>,
     /// Turns the normals of lit surfaces, mirrors and lenses, but not those of coats.
     pub normal_map: Option<NormalMap>,
     /// Turns the normals of a coat.
     pub coat_normal_map: Option<NormalMap>,
-    /// Its red channel multiplies `coat`.
+    /// A texture whose red channel multiplies `coat`.
     pub coat_texture: Option<TextureBinding>,
     /// Weakens light from the environment.
     pub occlusion_map: Option<OcclusionMap>,
@@ -207,7 +207,7 @@ impl Material {
         if is_rough { self.mirror_roughness } else { 0.0 }
     }
 
-    /// Whether [`Self::facets_alpha`] may be above zero somewhere.
+    /// True if [`Self::facets_alpha`] may be above zero somewhere.
     #[inline]
     pub fn may_spread_light(&self) -> bool {
         self.turning_map().is_some() || self.reflection_roughness() > 0.0
@@ -246,7 +246,7 @@ impl Material {
         self.lobes.as_deref().filter(|_| self.role == Role::Diffuse)
     }
 
-    /// Whether there is a medium behind the surface, which light enters.
+    /// True if there is a medium behind the surface, which light enters.
     #[inline(always)]
     pub fn has_inside(&self) -> bool {
         self.role == Role::Lens || self.lobes().is_some_and(|lobes| lobes.transmission > 0.0 && !lobes.is_thin)
@@ -257,7 +257,7 @@ impl Material {
         !self.unlit && self.emissive.max_element() > 0.0
     }
 
-    /// Whether the surface is seen from its outer side alone: the other one is not there for rays of sight. Bodies that
+    /// True if the surface is seen from its outer side alone: the other one is not there for rays of sight. Bodies that
     /// light enters have both.
     #[inline(always)]
     pub fn is_one_sided(&self) -> bool {

@@ -127,7 +127,7 @@ impl Face {
 /// Finds faces in one place.
 struct Search<'a> {
     scene: &'a Scene,
-    /// Of each object that was asked for, the boxes of its blocks of triangles.
+    /// The boxes of blocks of triangles, for each object that was asked for.
     blocks: HashMap<u32, Vec<Aabb>>,
     compared: usize,
 }
@@ -294,7 +294,7 @@ type Ways = Vec<(Vec3, f32)>;
 /// Moves faces apart.
 struct Apart<'a> {
     scene: &'a Scene,
-    /// Of objects that were asked for.
+    /// The sums over faces of the objects that were asked for.
     sums: HashMap<u32, FaceSums>,
     /// How far each triangle that lies before others is moved.
     distances: HashMap<u32, f32>,
@@ -359,7 +359,7 @@ impl Apart<'_> {
 fn move_apart(scene: &mut Scene, coincident: &[CoincidentFaces]) {
     let mut pairs: Vec<(usize, &CoincidentFaces)> =
         coincident.iter().filter_map(|faces| Some((behind(scene, faces.objects)?, faces))).collect();
-    // What lies behind others comes first.
+    // Faces behind others come first.
     let order = |object: u32| {
         let of = &scene.objects[object as usize];
         (rank(scene.material_of(object)), Reverse(of.bounds.diagonal().to_bits()), object)

@@ -3,21 +3,23 @@
 mod coincident;
 mod far;
 mod fineness;
+mod material_rules;
+mod morph;
 mod pieces;
 mod plates;
 
 use super::edits::{LookRule, MoveRule};
 use super::model::{AnalyticAsset, Animation, LocalTransform, Model, Node, Primitive, Skin};
-use super::roles::{MaterialRules, RoleRule, Winners};
+use super::roles::RoleRule;
 use super::{Camera, Light, Object, Role, Scene};
 use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
 use coincident::CoincidentFaces;
 use fineness::{Fineness, SharedMeshes};
-use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3, Vec4};
+use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3, Mat4, Vec3};
+use material_rules::{MaterialRules, Winners};
 use pieces::{Has, Piece, Place};
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 /// The moment and the roles with which a model becomes a scene.
@@ -36,10 +38,7 @@ pub struct PoseOptions {
 /// More triangles than this are refused: they would not fit into the memory of most machines.
 pub const MAX_TRIANGLES: usize = 100_000_000;
 
-/// Coordinates beyond this are taken for errors: squares of distances must stay finite.
-const MAX_COORDINATE: f32 = 1e12;
-
-/// What the last pose of a model was made of: for the next one, in which little may have moved.
+/// The parts of the last pose of a model: for the next one, in which little may have moved.
 #[derive(Debug, Default)]
 pub struct PoseMemory {
     /// One for each primitive at each place, in the order of the nodes.
@@ -275,10 +274,6 @@ fn placed_about(origin: DVec3, world: &DAffine3) -> Affine3A {
     Affine3A::from_cols(x.into(), y.into(), z.into(), (world.translation - origin).as_vec3().into())
 }
 
-fn affine(matrix: &Mat4) -> Affine3A {
-    Affine3A::from_mat4(*matrix)
-}
-
 /// The rotation and translation of a transform; scale and shear are taken off.
 fn rigid(transform: &Affine3A) -> Affine3A {
     let (_, rotation, translation) = transform.to_scale_rotation_translation();
@@ -302,42 +297,12 @@ impl LocalTransform {
     }
 }
 
-/// What bends a mesh, which is moved by so much whatever its joints do.
+/// The matrices of the joints that bend a mesh, which is moved by so much whatever its joints do.
 fn joint_matrices(skin: &Skin, (worlds, origin): (&[DAffine3], DVec3), moved: Vec3) -> Option<Vec<Mat4>> {
     let bind = |joint: usize| skin.inverse_bind.get(joint).copied().unwrap_or(Mat4::IDENTITY).as_dmat4();
     let joints = skin.joints.iter().enumerate();
     let moved = DMat4::from_translation(moved.as_dvec3() - origin);
     joints.map(|(joint, node)| Some((moved * DMat4::from(*worlds.get(*node)?) * bind(joint)).as_mat4())).collect()
-}
-
-/// Positions, normals and tangents of a primitive after morphing; borrowed where nothing changes.
-struct PosedPrimitive<'a> {
-    positions: Cow<'a, [Vec3]>,
-    normals: Cow<'a, [Vec3]>,
-    tangents: Cow<'a, [Vec4]>,
-}
-
-fn morphed<'a>(primitive: &'a Primitive, weights: &[f32]) -> PosedPrimitive<'a> {
-    let mut shape = PosedPrimitive {
-        positions: (&primitive.positions).into(),
-        normals: (&primitive.normals).into(),
-        tangents: (&primitive.tangents).into(),
-    };
-    for (target, &weight) in primitive.morph_targets.iter().zip(weights) {
-        if weight == 0.0 || !weight.is_finite() {
-            continue;
-        }
-        for (arrays, offsets) in [(&mut shape.positions, &target.positions), (&mut shape.normals, &target.normals)] {
-            if !offsets.is_empty() && !arrays.is_empty() {
-                arrays.to_mut().iter_mut().zip(offsets).for_each(|(value, offset)| *value += *offset * weight);
-            }
-        }
-        if !target.tangents.is_empty() && !shape.tangents.is_empty() {
-            let tangents = shape.tangents.to_mut().iter_mut().zip(&target.tangents);
-            tangents.for_each(|(value, offset)| *value += (*offset * weight).extend(0.0));
-        }
-    }
-    shape
 }
 
 impl Primitive {
@@ -379,7 +344,7 @@ struct SceneBuilder<'a> {
     rules: MaterialRules<'a>,
     /// Materials made by rules: by original material and the rules that won.
     overridden: HashMap<(usize, Winners), u32>,
-    /// Those of them that a role makes glass.
+    /// The overridden materials that a role makes glass.
     glass_by_role: HashSet<u32>,
     has: Has,
     fineness: Fineness,
@@ -400,7 +365,7 @@ impl<'a> SceneBuilder<'a> {
         let primitives = || model.meshes.iter().flat_map(|mesh| &mesh.primitives);
         Self {
             model,
-            rules: MaterialRules::new(model, options),
+            rules: MaterialRules::new(model, &options.roles, &options.looks),
             overridden: HashMap::new(),
             glass_by_role: HashSet::new(),
             has: Has {

@@ -3,7 +3,7 @@
 use super::super::Scene;
 use super::super::model::Primitive;
 use super::fineness::SharedMeshes;
-use super::{MAX_COORDINATE, PosedPrimitive, affine, morphed};
+use super::morph::{PosedPrimitive, morphed};
 use crate::math::Aabb;
 use crate::surface::mesh::parts::append_parts;
 use crate::surface::{PlacedSurface, SurfaceMesh};
@@ -15,7 +15,10 @@ use std::sync::Arc;
 /// The tangent of vertices without a normal map.
 const NO_TANGENT: Vec4 = Vec4::new(1.0, 0.0, 0.0, 1.0);
 
-/// What vertices of a scene have, beside what all have.
+/// Coordinates beyond this are taken for errors: squares of distances must stay finite.
+const MAX_COORDINATE: f32 = 1e12;
+
+/// The attributes that vertices of a scene have, beside those that all have.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Has {
     pub(super) tangents: bool,
@@ -36,7 +39,7 @@ impl Place {
     }
 }
 
-/// What a piece was made of.
+/// The origin of a piece.
 #[derive(Debug)]
 enum Source {
     Primitive(Place),
@@ -202,7 +205,7 @@ impl Piece {
         matches!(&self.source, Source::Primitive(own) if own == place)
     }
 
-    /// Its exact surface.
+    /// The exact surface of the piece, if it has one.
     pub(super) fn surface(&self) -> Option<&PlacedSurface> {
         match &self.source {
             Source::Surface(placed, ..) => Some(placed),
@@ -291,7 +294,7 @@ fn skin_matrix(joints: &[Mat4], indices: [u16; 4], weights: [f32; 4]) -> Affine3
             total += weight;
         }
     }
-    if total > 1e-6 { affine(&(sum * (1.0 / total))) } else { Affine3A::IDENTITY }
+    if total > 1e-6 { Affine3A::from_mat4(sum * (1.0 / total)) } else { Affine3A::IDENTITY }
 }
 
 /// Maps normals as the transform maps surfaces; also for singular transforms, where that has a meaning.

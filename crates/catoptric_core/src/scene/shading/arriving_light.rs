@@ -1,6 +1,6 @@
 //! Light that arrives at many points.
 
-use super::super::light_visibility::{ShadowStart, hide};
+use super::super::shadows::{ShadowStart, hide};
 use super::super::{Environment, Light, LightKind, Scene, Sky};
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use glam::Vec2;
@@ -11,7 +11,7 @@ pub(super) struct ArrivingLight<const N: usize> {
     pub(super) towards: Vec3Lanes<N>,
     /// The factor on its colour that gives the irradiance of surfaces that face it.
     pub(super) strength: Lanes<N>,
-    /// Its intensity, as far as it passes what stands before it.
+    /// The light's intensity, as far as it passes what stands before it.
     pub(super) color: Vec3Lanes<N>,
 }
 
@@ -84,8 +84,7 @@ pub(super) fn add_scattered<const N: usize>(
     }
 }
 
-/// What points see of the sky: the share of its light that arrives, for each colour, and where its suns are sought
-/// from.
+/// The sky as points see it: the share of its light that arrives, for each colour, and where its suns are sought from.
 pub(super) struct SeenSky<'a, const N: usize> {
     pub(super) shares: &'a Vec3Lanes<N>,
     pub(super) starts: &'a [ShadowStart; N],

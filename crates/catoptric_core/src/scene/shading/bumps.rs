@@ -156,9 +156,9 @@ impl Scene {
         }
     }
 
-    /// What mirrors lights within a point's footprint on a surface of such facets: normals, and the width of the
-    /// facets' distribution about each; how many there are comes second. Where bumps spread highlights, and the point
-    /// stands for several samples of a pixel, those at the places of four of them.
+    /// The normals that mirror lights within a point's footprint on a surface of such facets, each with the width of
+    /// the facets' distribution about it; how many there are comes second. Where bumps spread highlights, and the point
+    /// stands for several samples of a pixel, they are those at the places of four of them.
     pub(super) fn normals_of_highlights(
         &self,
         material: &Material,

@@ -1,6 +1,6 @@
 //! The light of points that are worked out alone, and what textures say of points of glossy surfaces.
 
-use super::super::light_visibility::ShadowStart;
+use super::super::shadows::ShadowStart;
 use super::super::{Material, Microfacets, Role, Scene, Texture, TextureBinding};
 use super::arriving_light::{ArrivingLight, SeenSky, add_environment, add_scattered, headlight};
 use super::filter::{self, TextureLookUps};
@@ -16,7 +16,7 @@ const FAINTEST_HIGHLIGHT: f32 = 3e-5;
 
 /// The places where textures are looked up for some points of one material.
 pub(super) trait LookUps<const N: usize> {
-    /// Those of a texture.
+    /// The places of a texture.
     fn of(&self, binding: &TextureBinding) -> TextureLookUps<N>;
 }
 

@@ -6,7 +6,7 @@ use super::shade::SurfacePoint;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 impl Material {
-    /// Whether some of the light that arrives may go on behind the surface, beside holes of textures.
+    /// True if some of the light that arrives may go on behind the surface, beside holes of textures.
     pub fn lets_light_pass(&self) -> bool {
         let passes = self.lobes().is_some_and(|lobes| lobes.transmission > 0.0);
         self.role == Role::Lens || passes || self.alpha_mode == AlphaMode::Blend

@@ -337,7 +337,7 @@ impl Scene {
 }
 
 impl Material {
-    /// Whether its look depends on the direction of its textures.
+    /// True if the material's look depends on the direction of its textures.
     #[inline(always)]
     fn reads_tangents(&self) -> bool {
         let is_anisotropic = || self.lobes.as_ref().is_some_and(|lobes| lobes.anisotropy > 0.0);

@@ -42,7 +42,7 @@ pub struct SheenLobe {
 }
 
 impl SheenLobe {
-    /// Of a perceptual roughness about a normal on the viewer's side, both directions of unit length.
+    /// The lobe of a perceptual roughness about a normal on the viewer's side, both directions of unit length.
     pub fn new(roughness: f32, normal: Vec3, towards_viewer: Vec3) -> Self {
         let (x, y) = (normal.dot(towards_viewer).clamp(0.0, 1.0), roughness.clamp(LEAST_ROUGHNESS, 1.0));
         let along = towards_viewer.reject_from_normalized(normal).try_normalize();

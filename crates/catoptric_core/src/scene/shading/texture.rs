@@ -1,9 +1,7 @@
-//! Textures: linear 16-bit texels with mip levels, glTF samplers, and filtered look-ups.
+//! Textures: linear 16-bit texels with mip levels, and glTF samplers.
 
-use super::filter::{self, TextureLookUps};
 use crate::framebuffer::linear_from_srgb;
-use crate::math::lanes::Lanes;
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec2, Vec3};
 
 /// The wrapping of a texture beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +69,7 @@ pub struct UvFootprint {
 pub struct MipLevel {
     /// Width and height in texels.
     pub size: [f32; 2],
-    /// Its first texel.
+    /// The index of the level's first texel.
     pub first: u32,
     /// Texels from row to row. Each row is followed by one more texel: see [`Texture::texels`].
     pub stride: u32,
@@ -196,20 +194,6 @@ impl Texture {
     /// The memory that the texels take.
     pub fn byte_count(&self) -> usize {
         self.texels.len() * 8
-    }
-
-    /// The filtered value at `uv` (0..1 over the image, v down) for a footprint of that size.
-    ///
-    /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis. Where one look-up stands for
-    /// several samples of a pixel, the places of the samples are looked up, each with its share of the footprint: what
-    /// supersampling would give.
-    #[inline]
-    pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
-        let UvFootprint { dx, dy, samples } = *footprint;
-        let [uv, dx, dy] = [uv, dx, dy].map(|pair| pair.to_array().map(Lanes::splat));
-        let mut value = [Vec4::ZERO];
-        filter::sample(self, &TextureLookUps { uv, dx, dy, samples: [samples] }, 1, &mut value);
-        value[0]
     }
 }
 

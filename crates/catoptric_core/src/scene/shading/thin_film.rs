@@ -17,9 +17,9 @@ const ORDERS: u32 = 2;
 pub struct FilmAt {
     /// The share of the surface that it covers.
     pub share: f32,
-    /// Its index of refraction.
+    /// The film's index of refraction.
     pub ior: f32,
-    /// Its thickness in nanometres.
+    /// The film's thickness in nanometres.
     pub thickness_nm: f32,
 }
 
@@ -31,7 +31,7 @@ pub struct FilmReflectance {
 }
 
 impl FilmReflectance {
-    /// That of a film over what reflects so much at normal incidence.
+    /// The reflectance of a film over a surface that reflects so much at normal incidence.
     pub fn new(film: &FilmAt, base: Vec3) -> Self {
         let by_cosine = std::array::from_fn(|cell| film.reflectance(cell as f32 / CELLS as f32, base));
         Self { share: film.share, by_cosine }
@@ -81,8 +81,8 @@ impl FilmAt {
     }
 }
 
-/// What eyes make of a cosine of the phase, as a linear colour: the transform of their sensitivities, fitted by
-/// Gaussians (section 4 and the supplement of the paper).
+/// The linear colour that eyes see of a cosine of the phase: the transform of their sensitivities, fitted by Gaussians
+/// (section 4 and the supplement of the paper).
 fn sensitivity(path_nm: f32, turn: Vec3) -> Vec3 {
     let phase = TAU * path_nm * 1e-9;
     let gaussian = |value: f32, position: f32, variance: f32, turn: f32| {

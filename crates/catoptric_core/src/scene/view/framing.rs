@@ -81,7 +81,7 @@ impl Scene {
         }
         let [right, left, up, down] = outermost;
         let distance = ((right + left) / (2.0 * tangents[0])).max((up + down) / (2.0 * tangents[1]));
-        // What is flat and seen along itself would touch the eye.
+        // A flat scene that is seen along itself would touch the eye.
         let distance = distance.max(nearest + 1e-3);
         if distance.is_finite() {
             let eye = Vec3A::new((right - left) * 0.5, (up - down) * 0.5, distance);
@@ -149,7 +149,7 @@ impl Scene {
         seen
     }
 
-    /// Whether the triangles that show their front to a place could cover most directions from it.
+    /// True if the triangles that show their front to a place could cover most directions from it.
     fn may_surround(&self, place: Vec3) -> bool {
         let mut covered = 0.0;
         for corners in &self.triangles {
@@ -189,7 +189,7 @@ struct Surroundings {
 }
 
 impl Surroundings {
-    /// What surrounds a place, if nearly everywhere the scene's front is seen from it.
+    /// The surroundings of a place, if nearly everywhere the scene's front is seen from it.
     fn of(scene: &Scene, place: Vec3) -> Option<Self> {
         let mut distances = Vec::with_capacity(6 * RESOLUTION * RESOLUTION);
         let (mut fronts, size) = (Vec::new(), scene.bounds.diagonal());

@@ -24,13 +24,13 @@ pub enum Projection {
 /// A named camera placed in the world. It looks along its own -z, y is up (glTF).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Its name; may be empty.
+    /// The camera's name; may be empty.
     pub name: String,
     /// A second name to find it by; may be empty.
     pub other_name: String,
-    /// Its place: rotation and translation only.
+    /// The camera's place: rotation and translation only.
     pub world_from_camera: Affine3A,
-    /// Its projection.
+    /// The projection onto the picture.
     pub projection: Projection,
 }
 
@@ -140,7 +140,7 @@ impl RayDifferential {
 pub struct View {
     /// The camera's place: a rotation and a translation, or, for mirrored views, a reflection and a translation.
     pub world_from_view: Affine3A,
-    /// Its projection.
+    /// The projection onto the picture.
     pub projection: Projection,
     /// Picture width in pixels.
     pub width: u32,

@@ -4,31 +4,22 @@
 //! length about 1 there where its kind allows. A surface is an open sheet where it ends.
 
 mod derivatives;
-mod ellipsoid;
-mod implicit;
+mod implicit_shape;
+mod parameters;
 mod placed;
-mod plane;
-mod quadric;
 mod ray;
-mod revolution;
-mod sphere;
-mod superquadric;
+mod shapes;
 mod tessellation;
-mod torus;
 
-use super::taylor::{Taylor2, Taylor3};
-use crate::math::Aabb;
-pub use ellipsoid::Ellipsoid;
-use glam::{DVec3, Vec3};
-pub use implicit::{Expression, Implicit, Instruction};
+pub use parameters::SurfaceError;
 pub use placed::{PlacedSurface, SurfaceHit};
-use plane::Plane;
-pub use quadric::Quadric;
-pub use revolution::Revolution;
-use sphere::Sphere;
-pub use superquadric::Superquadric;
+pub use shapes::{Ellipsoid, Expression, Implicit, Instruction, Quadric, Revolution, Superquadric, Torus};
 pub use tessellation::mesh::{SurfaceMesh, sphere_mesh};
-pub use torus::Torus;
+
+use crate::math::Aabb;
+use glam::{DVec3, Vec3};
+use implicit_shape::ImplicitShape;
+use shapes::{Plane, Sphere};
 
 /// A surface given by a formula, in its own frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,80 +48,6 @@ pub enum AnalyticSurface {
     Revolution(Revolution),
     /// The zeros of an expression, within bounds.
     Implicit(Implicit),
-}
-
-/// The reason why there is no such surface.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{parameter}: {problem}")]
-pub struct SurfaceError {
-    /// The parameter at fault, as it is called in scene files.
-    pub parameter: &'static str,
-    /// The fault, and the values that are allowed.
-    pub problem: String,
-}
-
-impl SurfaceError {
-    fn new(parameter: &'static str, problem: impl Into<String>) -> Self {
-        Self { parameter, problem: problem.into() }
-    }
-}
-
-/// The largest length of a surface.
-const MAX_LENGTH: f64 = 1e9;
-/// The smallest length of a surface: below the smallest normal single a length would be rounded to 0.
-const MIN_LENGTH: f64 = 1e-9;
-
-/// A length of a surface, checked.
-fn checked_length(parameter: &'static str, length: f64) -> Result<f64, SurfaceError> {
-    match (MIN_LENGTH..=MAX_LENGTH).contains(&length) {
-        true => Ok(length),
-        false => {
-            let problem = format!("{length}; a length must be from {MIN_LENGTH:e} to {MAX_LENGTH:e}");
-            Err(SurfaceError::new(parameter, problem))
-        }
-    }
-}
-
-/// A box that cuts a surface, checked: its corners, the smaller first.
-fn checked_bounds(min: [f64; 3], max: [f64; 3]) -> Result<[DVec3; 2], SurfaceError> {
-    for (parameter, corner) in [("bounds_min", min), ("bounds_max", max)] {
-        if corner.iter().any(|x| x.is_nan() || x.abs() > MAX_LENGTH) {
-            return Err(SurfaceError::new(parameter, format!("{corner:?}; allowed is up to {MAX_LENGTH:e}")));
-        }
-    }
-    match (0..3).all(|axis| max[axis] - min[axis] >= MIN_LENGTH) {
-        true => Ok([DVec3::from(min), DVec3::from(max)]),
-        false => {
-            let problem = format!("{max:?}; every number must be above that of `bounds_min` {min:?}");
-            Err(SurfaceError::new("bounds_max", problem))
-        }
-    }
-}
-
-/// The operations of every kind of surface, in its own frame.
-trait ImplicitShape {
-    /// The smallest and largest corner of a box around the surface.
-    fn corners(&self) -> [DVec3; 2];
-
-    /// The implicit function to second order.
-    fn taylor2(&self, point: DVec3) -> Taylor2;
-
-    /// The implicit function to third order.
-    fn taylor3(&self, point: DVec3) -> Taylor3;
-
-    /// A vector along the gradient of the implicit function, of any length.
-    fn outwards(&self, point: DVec3) -> DVec3;
-
-    /// The smallest distance between `near` and `far` at which the ray meets the surface.
-    fn first_hit(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> Option<f64>;
-
-    /// Triangles on the surface: with this share of the finest mesh's cells along each direction.
-    fn tessellate(&self, fineness: f64) -> SurfaceMesh;
-
-    /// Returns true if a ray that leaves the outer side never meets the surface again.
-    fn is_convex(&self) -> bool {
-        false
-    }
 }
 
 /// Asks the kind at hand.

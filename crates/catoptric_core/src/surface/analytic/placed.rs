@@ -1,8 +1,11 @@
 //! Surfaces in the world.
 
-use super::{AnalyticSurface, ImplicitShape, Sphere, Taylor2, Taylor3, with_shape};
-use super::{Plane, derivatives::outer};
+use super::derivatives::outer;
+use super::implicit_shape::ImplicitShape;
+use super::shapes::{Plane, Sphere};
+use super::{AnalyticSurface, with_shape};
 use crate::math::Aabb;
+use crate::surface::taylor::{Taylor2, Taylor3};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 /// A surface placed in the world by a rotation and a translation.
@@ -10,7 +13,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 pub struct PlacedSurface {
     /// The shape.
     pub surface: AnalyticSurface,
-    /// Its place: rotation and translation only.
+    /// The surface's place: rotation and translation only.
     pub world_from_surface: DAffine3,
 }
 
@@ -51,9 +54,9 @@ impl PlacedSurface {
 
     /// The surface's implicit function at a world point, to second order.
     ///
-    /// It serves points near the surface, where its gradient has a length of about 1 for most kinds, and goes on
-    /// a little beyond the surface's ends. Everything is finite for finite points, but the gradient can vanish (at the
-    /// centre of a sphere, say).
+    /// The function serves points near the surface, where its gradient has a length of about 1 for most kinds, and goes
+    /// on a little beyond the surface's ends. Everything is finite for finite points, but the gradient can vanish (at
+    /// the centre of a sphere, say).
     #[inline]
     pub fn taylor2(&self, point: DVec3) -> Taylor2 {
         let relative = point - self.center();

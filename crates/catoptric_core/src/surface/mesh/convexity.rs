@@ -62,7 +62,7 @@ impl MeshShape<'_> {
     }
 
     fn bulges_outwards(&self) -> bool {
-        // Of positions as they are stored, and as they are welded.
+        // The rounding of positions as they are stored, and as they are welded.
         let rounding = weld_tolerance(self.positions_of_triangles());
         self.proper().all(|(index, [a, b, c])| {
             let outer: Vec3 = self.triangles[index].iter().map(|vertex| self.normals[*vertex as usize]).sum();

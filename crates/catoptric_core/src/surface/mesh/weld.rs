@@ -6,11 +6,11 @@ use rustc_hash::FxHashMap;
 /// The rule by which vertices at one position are one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NormalRule {
-    /// All of them.
+    /// Vertices, whatever their normals.
     Any,
-    /// Those with equal normals.
+    /// Vertices with equal normals.
     Equal,
-    /// Those whose normals differ by no more than this distance from that of the first.
+    /// Vertices whose normals differ by no more than this distance from that of the first.
     Within(f64),
 }
 

@@ -30,7 +30,7 @@ fn model(away: &[Vec3]) -> Model {
     model
 }
 
-/// What stands far away has the same coordinates, but for the origin, as near the origin: nodes add up in double
+/// A scene far away has the same coordinates, but for the origin, as one near the origin: nodes add up in double
 /// precision before anything is rounded.
 #[test]
 fn scenes_far_away_are_those_near_the_origin() {

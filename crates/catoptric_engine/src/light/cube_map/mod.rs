@@ -83,7 +83,7 @@ impl<const LANES: usize> Located<LANES> {
         let mut found = Self { face: [0; LANES], at: [Lanes::ZERO; 2], secant2: Lanes::ZERO };
         for lane in 0..LANES {
             let (face, [u, v]) = place_on_face(directions.components(lane));
-            // What is no number is not: a vector that vanishes, or one with a component that is none.
+            // Comparisons with no number are false: of a vector that vanishes, or one with a component that is none.
             let is_known = u.abs() <= 1.0 && v.abs() <= 1.0;
             found.face[lane] = if is_known { face } else { 4 };
             found.at[0][lane] = if is_known { u } else { 0.0 };

@@ -1,4 +1,4 @@
-//! Whether a ray meets anything, for shadows.
+//! The search for anything that a ray meets, for shadows.
 
 use super::rays::{RaySlabs, meet_leaf};
 use super::{LEAF, SURFACE, SignBits, TriangleHit, WideHierarchy};
@@ -23,7 +23,7 @@ impl WideHierarchy {
         }
         let slabs = RaySlabs::new(ray);
         let mut waiting = [0u32; WAITING];
-        // What does not fit waits here: trees of degenerate input are deep.
+        // Nodes that do not fit wait here: trees of degenerate input are deep.
         let mut more = Vec::new();
         let mut count = 1;
         loop {

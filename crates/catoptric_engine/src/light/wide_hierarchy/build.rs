@@ -21,7 +21,7 @@ const THOROUGH_BUILD: usize = 100_000;
 /// Triangles that are lower than this share of their largest coordinate are flat: four times its rounding.
 const FLAT: f64 = 2.0 * f32::EPSILON as f64;
 
-/// What a box stands for.
+/// The primitive that a box stands for.
 #[derive(Clone, Copy, Debug)]
 enum Primitive {
     /// A triangle of the scene, with what is to be remembered of it ([`ALPHA_TESTED`]).
@@ -214,7 +214,7 @@ fn split_large(boxes: &mut Vec<BvhBox>, indices: &mut Vec<u32>, triangles: &[Tri
 struct Widening<'a> {
     scene: &'a Scene,
     narrow: &'a Bvh2,
-    /// What each box stands for.
+    /// The primitive of each box.
     primitives: &'a [Primitive],
     /// Boxes below every node.
     counts: Vec<u32>,

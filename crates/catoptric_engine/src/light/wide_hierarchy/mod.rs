@@ -125,7 +125,8 @@ pub struct WideHierarchy {
     copies: Vec<[u32; 2]>,
 }
 
-/// What looks for leaves. Not closures: those are not compiled for the instructions of the function that they are in.
+/// A visitor that looks for leaves. Not closures: those are not compiled for the instructions of the function that they
+/// are in.
 pub trait Visitor {
     /// The children that are of interest, one bit each.
     fn children(&self, node: &WideNode) -> u32;

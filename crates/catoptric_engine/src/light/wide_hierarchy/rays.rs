@@ -42,7 +42,7 @@ impl WideHierarchy {
         }
         let slabs = RaySlabs::new(ray);
         let mut waiting = [(0u32, 0.0f32); WAITING];
-        // What does not fit waits here: trees of degenerate input are deep.
+        // Nodes that do not fit wait here: trees of degenerate input are deep.
         let mut more = Vec::new();
         waiting[0] = (0, 0.0);
         let mut count = 1;
@@ -176,7 +176,7 @@ impl SignBits for Avx2 {
     }
 }
 
-/// What a ray meets first.
+/// The first primitive that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PrimitiveMet {
     /// A triangle of the scene.
@@ -283,7 +283,7 @@ pub struct PlaneMet {
     pub weights: [f32; 2],
 }
 
-/// Whether a ray from `[0]` along `[1]` meets a triangle, from either side, and where.
+/// The outcome of a ray from `[0]` along `[1]` with a triangle, from either side: whether it meets it, and where.
 ///
 /// Decided by the signed volumes that the ray spans with the edges, which neighbours compute alike to the bit: no ray
 /// passes between two triangles that share an edge (as in Embree's robust mode).

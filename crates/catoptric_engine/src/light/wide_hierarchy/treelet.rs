@@ -171,7 +171,7 @@ impl Treelet {
         Some(best)
     }
 
-    /// Whether a ray of the beam meets anything nearer than a distance: [`WideHierarchy::meets_any`]. `None`: the whole
+    /// True if a ray of the beam meets anything nearer than a distance: [`WideHierarchy::meets_any`]. `None`: the whole
     /// hierarchy must be asked.
     #[inline(always)]
     pub(crate) fn meets_any<S: SignBits>(

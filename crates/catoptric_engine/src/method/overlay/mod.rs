@@ -1,4 +1,4 @@
-//! What may be shown over a method's picture: how it has divided the picture, and what it has moved where.
+//! Overlays over a method's picture: how the method has divided the picture, and what it has moved where.
 //!
 //! Overlays are made beside the picture, by the same tables; a picture that has none costs nothing for them.
 
@@ -31,7 +31,7 @@ impl OverlayKind {
     /// All kinds.
     pub const ALL: [Self; 5] = [Self::Paths, Self::VirtualTriangles, Self::Tiles, Self::Leaves, Self::Layers];
 
-    /// Its name, in lower case.
+    /// The kind's name, in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Paths => "reflection groups",
@@ -42,7 +42,7 @@ impl OverlayKind {
         }
     }
 
-    /// What it means, in one or two sentences.
+    /// The kind's meaning, in one or two sentences.
     pub fn help(self) -> &'static str {
         match self {
             Self::Paths => {
@@ -73,9 +73,9 @@ impl OverlayKind {
 /// A straight line in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlaySegment {
-    /// Its ends, in pixels from the top left corner.
+    /// The line's ends, in pixels from the top left corner.
     pub ends: [Vec2; 2],
-    /// Its group: an index into [`Overlay::groups`], plus 1.
+    /// The line's group: an index into [`Overlay::groups`], plus 1.
     pub group: u16,
 }
 

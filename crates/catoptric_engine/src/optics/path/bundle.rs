@@ -187,7 +187,7 @@ impl RayBundle {
 pub struct OutgoingRays {
     /// The origin of the central ray.
     pub origin: DVec3,
-    /// Its unit direction.
+    /// The unit direction of the central ray.
     pub direction: DVec3,
     /// Two unit vectors perpendicular to it and to each other.
     pub across: [DVec3; 2],
@@ -315,7 +315,8 @@ impl OutgoingRays {
     /// The number of focal points that a ray near the central one has passed at `distance`, from the determinant of
     /// [`Self::spread_near`] there.
     ///
-    /// Its sign separates one from zero and two; the central ray's focal distances separate zero from two.
+    /// The determinant's sign separates one from zero and two; the central ray's focal distances separate zero from
+    /// two.
     #[inline]
     pub fn focal_points_near(&self, distance: f64, z: DVec2, determinant: f64) -> u32 {
         let [[a, b], [c, d]] = self.spread_near(0.0, z);

@@ -44,7 +44,7 @@ pub struct PointDerivatives {
 }
 
 impl PointDerivatives {
-    /// Those of a point that stays where it is.
+    /// The derivatives of a point that stays where it is.
     pub const ZERO: Self = Self { jacobian: DMat3::ZERO, hessian: [DMat3::ZERO; 3] };
 
     /// The change with a step of the other point, to first order (equation 15) or to second (equation 16).
@@ -186,7 +186,7 @@ impl UnitVector {
         (DMat3::IDENTITY - DMat3::from_cols(w * w.x, w * w.y, w * w.z)) * self.inverse_distance
     }
 
-    /// Its second derivative along two relative steps.
+    /// The vector's second derivative along two relative steps of its ends.
     fn bend(&self, a: DVec3, b: DVec3) -> DVec3 {
         let w = self.direction;
         let (wa, wb) = (w.dot(a), w.dot(b));

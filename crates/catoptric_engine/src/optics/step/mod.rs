@@ -145,7 +145,7 @@ pub fn cone_width(alpha: f32) -> f32 {
     2.0 * SQRT_2 * alpha
 }
 
-/// What a rough mirror reflects towards one side, as a cone.
+/// The light that a rough mirror reflects towards one side, as a cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughLobe {
     /// The unit mean direction that light arrives from.

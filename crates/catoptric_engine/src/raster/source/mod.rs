@@ -4,22 +4,18 @@
 //! mirror's own pixels; such surfaces have no triangles in the picture, but take part in everything that comes after:
 //! stencils of the next layers, fragments, shading.
 
+pub use super::ids::{EMPTY, FOUND, found_id, found_number};
+
 use super::attributes::depth_at;
+use super::fragment::LayerSurface;
 use super::kernel::{BLOCK, Ids, TILE_BLOCKS};
-use super::plan::{LayerPlan, Plan};
-use super::tile::surface_at;
-use super::{DrawTriangle, LayerSurface};
+use super::lists::DrawTriangle;
+use super::plan::{LayerPlan, Plan, surface_at};
 use glam::Vec2;
-
-/// Samples with this bit in their id show a surface that the tile's source has found; the rest is its number.
-pub const FOUND: u32 = 1 << 31;
-
-/// The id of a sample that shows nothing.
-pub use super::kernel::EMPTY;
 
 /// Finds surfaces of the layers above the first, tile by tile.
 pub trait LayerSource: Sync {
-    /// What was found in a tile, with the buffers of a thread.
+    /// The surfaces that were found in a tile, with the buffers of a thread.
     type Found: Default + Send;
 
     /// The number of layers that it may show something in, the first (which it never does) among them.
@@ -29,7 +25,7 @@ pub trait LayerSource: Sync {
     fn begin(&self, found: &mut Self::Found);
 
     /// Writes ids ([`found_id`]) of surfaces to the samples of the layer above those of `tile`. Samples that lists
-    /// own (`TileBelow::continues`) are left as they are.
+    /// own ([`TileBelow::has_list`]) are left as they are.
     fn draw_layer(&self, tile: &TileBelow<'_>, found: &mut Self::Found, ids: &mut [u32]) -> ShownBySource;
 
     /// A surface at a position of the picture, in pixels.
@@ -38,7 +34,7 @@ pub trait LayerSource: Sync {
     /// The number of the smooth surface that it is a part of ([`DrawTriangle::patch`]).
     fn patch(&self, found: &Self::Found, number: u32) -> u32;
 
-    /// Its depth at a position of the picture, in pixels.
+    /// The surface's depth at a position of the picture, in pixels.
     fn depth_at(&self, found: &Self::Found, number: u32, position: Vec2) -> f32;
 
     /// Returns true if the surface's place changes unevenly within a pixel: its footprint alone does not tell where
@@ -49,24 +45,13 @@ pub trait LayerSource: Sync {
     fn divides(&self, triangle: u32) -> bool;
 }
 
-/// What a source shows in a layer.
+/// The surfaces that a source shows in a layer, in short.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShownBySource {
     /// Anything at all.
     pub any: bool,
     /// Light divides at some surface of the layer below that the source goes on from.
     pub divides: bool,
-}
-
-/// The id of the surface with this number.
-pub fn found_id(number: u32) -> u32 {
-    number | FOUND
-}
-
-/// The number of the surface with this id, if a source has found it.
-#[inline]
-pub fn found_number(id: u32) -> Option<u32> {
-    (id & FOUND != 0 && id != EMPTY).then_some(id & !FOUND)
 }
 
 /// The layers of a tile so far.

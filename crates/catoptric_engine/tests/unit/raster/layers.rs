@@ -241,7 +241,7 @@ fn lists_are_not_drawn_in_their_holes() {
     for tested in [false, true] {
         let mut above = DrawList { holes: holes.clone(), ..full(3.0, 1, 0, stencil(0, 1)) };
         above.triangles.iter_mut().for_each(|triangle| triangle.alpha_tested = tested);
-        // Of two lists with one stencil each has its own holes.
+        // Lists with one stencil have holes of their own each.
         let other = DrawList { holes: rest.clone(), ..full(4.0, 1, 0, stencil(0, 1)) };
         picture(&view(40, 40, true), 4, &[below.clone(), above, other], |fragment| {
             let [x, y] = [fragment.position.x, fragment.position.y].map(|px| px as usize / 8);

@@ -108,7 +108,7 @@ fn find_channels(header: &Header) -> Result<[usize; 3], String> {
         prefixes.iter().filter_map(|prefix| Some((*prefix, all(prefix, ["R", "G", "B"])?))).collect();
     let has = |list: &str| exr_header::channels_told(names.iter().map(String::as_str), list);
     if found.len() > 1 {
-        // Of several layers the one without a name is the picture, then what renderers call the combined one.
+        // Among several layers the one without a name is the picture, then what renderers call the combined one.
         let is_whole = |prefix: &str| prefix.is_empty() || prefix.ends_with("Combined.");
         found.retain(|(prefix, _)| is_whole(prefix));
         found.truncate(if found.first().is_some_and(|(prefix, _)| prefix.is_empty()) { 1 } else { found.len() });

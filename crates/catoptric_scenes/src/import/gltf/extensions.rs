@@ -53,7 +53,7 @@ const WITHOUT_EFFECT: [&str; 13] = [
 /// Extensions without which the rest of a file can still be drawn, even where it says that they are required.
 const DRAWN_WITHOUT: [&str; 2] = ["KHR_animation_pointer", "KHR_materials_volume_scatter"];
 
-/// Whether an extension is understood, or has no effect.
+/// True if an extension is understood, or has no effect.
 pub(super) fn is_supported(extension: &str) -> bool {
     SUPPORTED.contains(&extension) || WITHOUT_EFFECT.contains(&extension)
 }
@@ -73,7 +73,7 @@ pub(super) fn check_required(source: &Source<'_>) -> Result<(), SceneError> {
             });
         }
     }
-    // What a material lacks is said where it is read.
+    // Extensions of materials that are not drawn are told where the material is read.
     let others = |name: &&String| !is_supported(name) && !name.contains("_materials_");
     let others: Vec<&str> = source.document.extensions_used.iter().filter(others).map(String::as_str).collect();
     if !others.is_empty() {

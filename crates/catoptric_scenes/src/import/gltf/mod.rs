@@ -6,18 +6,16 @@
 mod accessors;
 mod animation;
 mod check;
-mod codec;
 mod container;
 mod extensions;
 mod materials;
 mod meshes;
+mod meshopt;
 mod nodes;
 mod schema;
 mod source;
 mod textures;
 mod variants;
-
-pub(super) use codec::ktx2::{decode as decode_ktx2, dimensions as ktx2_dimensions, is_ktx2};
 
 use super::Resolver;
 use catoptric_core::error::SceneError;

@@ -104,9 +104,9 @@ schema! {
     TextureInfo {
         index: Option<usize>,
         tex_coord: u32,
-        /// Of normals.
+        /// The factor on x and y of normals.
         scale: Option<f32>,
-        /// Of occlusion.
+        /// The share of occlusion that counts.
         strength: Option<f32>,
         extensions: Extensions,
     }

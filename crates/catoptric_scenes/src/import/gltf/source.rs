@@ -1,7 +1,7 @@
 //! State shared by all parts of the importer: the document, its buffers, the memory budget and the warnings.
 
 use super::super::{Resolver, files};
-use super::codec::meshopt;
+use super::meshopt;
 use super::schema;
 use super::schema::{Buffer, Document, Extensions};
 use base64::Engine;

@@ -1,4 +1,4 @@
-//! What a file changes by name: the tables `[move]` and `[material."NAME or glob"]`.
+//! Changes that a file makes by name: the tables `[move]` and `[material."NAME or glob"]`.
 
 use super::keys::{Keys, Lines, Located, Text};
 use super::places::point;

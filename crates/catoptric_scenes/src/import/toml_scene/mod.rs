@@ -13,9 +13,9 @@ mod places;
 mod reflector;
 mod solid;
 
-use super::LoadOptions;
-use super::environment::EnvironmentEdit;
-use super::files::{self as disk, MAX_SCENE_BYTES, Resolver};
+use super::environment::{EnvironmentEdit, environment_from, load_environment};
+use super::files::{self as disk, MAX_SCENE_BYTES, Resolver, extension};
+use super::model_file::{self, LoadOptions, finished, unknown_variant};
 use crate::builtin;
 use crate::studio::named_environment;
 use catoptric_core::error::SceneError;
@@ -69,14 +69,13 @@ pub(super) fn load_with(path: &Path, options: LoadOptions<'_>) -> Result<Model, 
 fn load_nested(path: &Path, depth: u32, options: LoadOptions<'_>) -> Result<Model, SceneError> {
     let file = parse(&path.display().to_string(), &disk::read_text(path, MAX_SCENE_BYTES)?)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let gltf = |name: &str, variant: Option<&str>| {
-        super::load_as_it_stands(&folder.join(name), LoadOptions { variant, ..options })
-    };
-    let base = |name: &str, variant: Option<&str>| match super::extension(Path::new(name)).as_str() {
+    let gltf =
+        |name: &str, variant: Option<&str>| model_file::load(&folder.join(name), LoadOptions { variant, ..options });
+    let base = |name: &str, variant: Option<&str>| match extension(Path::new(name)).as_str() {
         "toml" => load_nested(&folder.join(name), depth + 1, LoadOptions { variant, ..options }),
-        _ => super::finished(gltf(name, variant)?),
+        _ => finished(gltf(name, variant)?),
     };
-    let environment = |name: &str, warnings: &mut Vec<String>| super::load_environment(&folder.join(name), warnings);
+    let environment = |name: &str, warnings: &mut Vec<String>| load_environment(&folder.join(name), warnings);
     let bytes = |name: &str| disk::read(&folder.join(name), MAX_SCENE_BYTES);
     complete(file, (depth, options.variant), (&base, &gltf), &environment, &bytes)
 }
@@ -99,13 +98,13 @@ fn nested_from(
     let base = |name: &str, variant: Option<&str>| {
         let folder = name.rsplit_once('/').map_or("", |(folder, _)| folder);
         let (bytes, within) = (resolver.read(name, MAX_SCENE_BYTES)?, Within { folder, resolver });
-        match super::extension(Path::new(name)).as_str() {
+        match extension(Path::new(name)).as_str() {
             "toml" => nested_from(name, &bytes, &within, (depth + 1, variant)),
-            _ => super::finished(super::parse(name, &bytes, &within, variant)?),
+            _ => finished(model_file::from_slice(name, &bytes, &within, variant)?),
         }
     };
     let environment = |name: &str, warnings: &mut Vec<String>| {
-        super::environment_from(name, &resolver.read(name, MAX_SCENE_BYTES)?, warnings)
+        environment_from(name, &resolver.read(name, MAX_SCENE_BYTES)?, warnings)
     };
     let bytes = |name: &str| resolver.read(name, MAX_SCENE_BYTES);
     complete(file, (depth, wanted), (&base, &base), &environment, &bytes)
@@ -180,7 +179,7 @@ fn complete(
     }
     match own {
         Some(own) if wanted.is_none() && model.variant.is_none() => {
-            Err(model.invalid("variant", super::unknown_variant(&model, &own).to_string()))
+            Err(model.invalid("variant", unknown_variant(&model, &own).to_string()))
         }
         _ => Ok(model),
     }
@@ -235,7 +234,7 @@ fn read_gltf(source: Text<'_>, keys: &mut Keys<'_, '_>, lines: &mut Lines) -> Re
     let mut files = Vec::new();
     for entry in list.iter() {
         let file = entry.get_ref().as_str().ok_or_else(|| wrong(entry.span().start))?;
-        if !["glb", "gltf"].contains(&super::extension(Path::new(file)).as_str()) {
+        if !["glb", "gltf"].contains(&extension(Path::new(file)).as_str()) {
             return Err(wrong(entry.span().start));
         }
         lines.insert(format!("gltf[{}]", files.len()), source.line(entry.span().start));

@@ -1,13 +1,14 @@
 //! Many points of glossy surfaces at once.
 
-use super::super::super::light_visibility::ShadowStart;
+use super::super::super::shadows::ShadowStart;
 use super::super::super::{Material, Scene, TextureBinding};
 use super::super::filter::{self, TextureLookUps};
 use super::super::glossy::{self, LitPoints};
 use super::super::lit_point::LookUps;
 use super::super::microfacets::variance_over_pixel;
+use super::points::{Points, base_colors};
+use super::query::{SurfaceQuery, one_by_one};
 use super::triangles::TriangleTable;
-use super::{Points, SurfaceQuery, base_colors, one_by_one};
 use crate::math::lanes::{LANES, MANY_LANES, Vec3Lanes};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Points that wait to be shaded together.
 
 use super::super::super::Scene;
-use super::SurfaceQuery;
+use super::query::SurfaceQuery;
 use glam::Vec3;
 
 /// Points that are shaded at once: as many as stay in the fastest cache.

@@ -1,7 +1,7 @@
-//! What shading needs of the triangles of many points, and the points sorted by material.
+//! Triangles of many points as shading needs them, and the points sorted by material.
 
 use super::super::super::Scene;
-use super::SurfaceQuery;
+use super::query::SurfaceQuery;
 use glam::{Vec2, Vec3, Vec4};
 
 /// A triangle's attributes: position, normal and coordinates in the material's first texture of its first corner, and
@@ -57,7 +57,7 @@ const CACHE_LOG2: u32 = 9;
 #[derive(Debug)]
 pub(super) struct TriangleTable {
     triangles: Vec<TriangleRows>,
-    /// Of the corners; empty where the scene has none.
+    /// The colours of the triangles' corners; empty where the scene has none.
     vertex_colors: Vec<[Vec4; 3]>,
     /// The number of each query's triangle.
     numbers: Vec<u32>,

@@ -1,6 +1,7 @@
 //! An environment seen in rough surfaces: maps of its radiance averaged over highlights.
 
-use super::{Environment, EquirectangularMap};
+use super::map::{EquirectangularMap, direction, positions};
+use super::picture::Picture;
 use crate::math::lanes::{MANY_LANES, Vec3Lanes};
 use crate::math::portable::PortableMath;
 use crate::math::random;
@@ -23,8 +24,8 @@ pub(super) struct GlossyMaps {
 }
 
 impl GlossyMaps {
-    pub(super) fn new(environment: &Environment) -> Self {
-        Self { levels: (0..LEVELS).map(|level| map(environment, level)).collect() }
+    pub(super) fn new(picture: &Picture) -> Self {
+        Self { levels: (0..LEVELS).map(|level| map(picture, level)).collect() }
     }
 
     pub(super) fn levels(&self) -> &[EquirectangularMap] {
@@ -33,10 +34,10 @@ impl GlossyMaps {
 
     /// The mean radiance over a highlight around a direction, by its position in the picture.
     #[inline(always)]
-    pub(super) fn radiance(&self, environment: &Environment, position: Vec2, alpha: f32) -> Vec3 {
+    pub(super) fn radiance(&self, picture: &Picture, position: Vec2, alpha: f32) -> Vec3 {
         let sharpest = alpha_of(LEVELS - 1);
         if alpha < sharpest {
-            let sharp = environment.at_whole_level(position, 0);
+            let sharp = picture.at_whole_level(position, 0);
             return sharp + (self.levels[LEVELS - 1].at(position) - sharp) * (alpha / sharpest).max(0.0);
         }
         // The logarithm's whole part and, nearly linear between powers of two, the rest: the shares of both maps.
@@ -56,22 +57,22 @@ fn alpha_of(level: usize) -> f32 {
 }
 
 /// The map of one roughness: some texels across a highlight.
-fn map(environment: &Environment, level: usize) -> EquirectangularMap {
+fn map(picture: &Picture, level: usize) -> EquirectangularMap {
     let height = (2usize << level).max(16);
     let width = 2 * height;
     let count = ((8 * MOST_DIRECTIONS) >> level).clamp(FEWEST_DIRECTIONS, MOST_DIRECTIONS);
-    let steps = steps(environment, alpha_of(level), count);
+    let steps = steps(picture, alpha_of(level), count);
     let radiance = parallel::map_collect(width * height, |texel| {
         let (x, y) = (texel % width, texel / width);
-        let middle = Environment::direction((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
-        mean(environment, middle, &steps).extend(0.0).to_array()
+        let middle = direction((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
+        mean(picture, middle, &steps).extend(0.0).to_array()
     });
     EquirectangularMap::new(width, height, &radiance)
 }
 
 /// The mean over a highlight around a direction.
 #[cfg_attr(not(debug_assertions), multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt")))]
-fn mean(environment: &Environment, middle: Vec3, steps: &[(Vec3, f32, usize)]) -> Vec3 {
+fn mean(picture: &Picture, middle: Vec3, steps: &[(Vec3, f32, usize)]) -> Vec3 {
     let (across, along) = middle.any_orthonormal_pair();
     let mut sum = Vec3::ZERO;
     for steps in steps.chunks(MANY_LANES) {
@@ -79,9 +80,9 @@ fn mean(environment: &Environment, middle: Vec3, steps: &[(Vec3, f32, usize)]) -
         for (lane, (step, ..)) in steps.iter().enumerate() {
             directions.set(lane, across * step.x + along * step.y + middle * step.z);
         }
-        let [u, v] = Environment::positions(&directions);
+        let [u, v] = positions(&directions);
         for (lane, &(_, weight, reduction)) in steps.iter().enumerate() {
-            sum += environment.at_whole_level(Vec2::new(u[lane], v[lane]), reduction) * weight;
+            sum += picture.at_whole_level(Vec2::new(u[lane], v[lane]), reduction) * weight;
         }
     }
     sum
@@ -89,8 +90,8 @@ fn mean(environment: &Environment, middle: Vec3, steps: &[(Vec3, f32, usize)]) -
 
 /// Directions of light in a frame around a highlight's middle, each with its weight and the reduction of the picture
 /// at which a texel has the extent that it stands for (Křivánek, Colbert 2008).
-fn steps(environment: &Environment, alpha: f32, count: u32) -> Vec<(Vec3, f32, usize)> {
-    let texel = 4.0 * PI / (environment.width as f32 * environment.height as f32);
+fn steps(picture: &Picture, alpha: f32, count: u32) -> Vec<(Vec3, f32, usize)> {
+    let texel = 4.0 * PI / (picture.width as f32 * picture.height as f32);
     let mut steps = Vec::with_capacity(count as usize);
     for place in 0..count {
         let facet = microfacets::visible_facet(alpha, Vec3::Z, random::hammersley(place, count));
@@ -99,7 +100,7 @@ fn steps(environment: &Environment, alpha: f32, count: u32) -> Vec<(Vec3, f32, u
             continue;
         }
         let extent = microfacets::extent_of_sample(alpha, facet.z, 1.0, count);
-        let reduction = (0.5 * (extent / texel).logarithm2()).clamp(0.0, environment.reduced.len() as f32) as usize;
+        let reduction = (0.5 * (extent / texel).logarithm2()).clamp(0.0, picture.reduced.len() as f32) as usize;
         steps.push((direction, microfacets::unshadowed_share(alpha, direction.z, 1.0), reduction));
     }
     let sum: f32 = steps.iter().map(|(_, weight, _)| weight).sum();

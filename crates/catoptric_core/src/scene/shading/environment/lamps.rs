@@ -9,7 +9,7 @@ use std::f32::consts::{PI, TAU};
 /// Lamps lie in cells of a picture of so many columns and half as many rows.
 const COLUMNS: usize = 64;
 
-/// What is brighter than the mean radiance by this factor belongs to lamps.
+/// Light that is brighter than the mean radiance by this factor belongs to lamps.
 const BRIGHT: f32 = 8.0;
 
 /// A lamp has at least this share of all light, all of them together at least the other.
@@ -65,7 +65,7 @@ impl Lamps {
         self
     }
 
-    /// Those of a reduction of a picture of radiance, rows from the top.
+    /// The lamps of a reduction of a picture of radiance, rows from the top; `None` if they do not matter.
     pub(super) fn new(level: usize, width: u32, height: u32, radiance: Vec<[f32; 3]>) -> Option<Self> {
         let (width, height) = (width as usize, height as usize);
         let (columns, rows) = (COLUMNS.min(width), (COLUMNS / 2).min(height));

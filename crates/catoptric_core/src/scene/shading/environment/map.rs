@@ -1,5 +1,6 @@
 //! Pictures of light by direction: equirectangular, with a border, reduced, or averaged over hemispheres.
 
+use crate::math::lanes::{Lanes, Vec3Lanes};
 use crate::math::portable::PortableMath;
 use crate::parallel;
 use glam::{Vec2, Vec3, Vec4};
@@ -61,6 +62,27 @@ fn from_border(position: f32, count: usize) -> (usize, f32) {
 pub(super) fn direction(u: f32, v: f32) -> Vec3 {
     let (azimuth, polar) = ((u - 0.5) * std::f32::consts::TAU, v * std::f32::consts::PI);
     Vec3::new(polar.sine() * azimuth.cosine(), polar.cosine(), polar.sine() * azimuth.sine())
+}
+
+/// The position in a picture that is not turned (0..1, v down) of a direction of unit length.
+#[inline(always)] // for the instructions of its caller
+pub(super) fn position(direction: Vec3) -> Vec2 {
+    let azimuth = arc_tangent(direction.z, direction.x);
+    let polar = arc_tangent((direction.x * direction.x + direction.z * direction.z).sqrt(), direction.y);
+    Vec2::new(azimuth * (1.0 / std::f32::consts::TAU) + 0.5, polar * std::f32::consts::FRAC_1_PI)
+}
+
+/// The same of several directions, along u and v each.
+#[inline(always)] // for the instructions of its caller
+#[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
+pub(super) fn positions<const N: usize>(directions: &Vec3Lanes<N>) -> [Lanes<N>; 2] {
+    let mut positions = [Lanes::ZERO; 2];
+    for i in 0..N {
+        let [x, y, z] = [directions[0][i], directions[1][i], directions[2][i]];
+        positions[0][i] = arc_tangent(z, x) * (1.0 / std::f32::consts::TAU) + 0.5;
+        positions[1][i] = arc_tangent((x * x + z * z).sqrt(), y) * std::f32::consts::FRAC_1_PI;
+    }
+    positions
 }
 
 /// A texel of a row and its right neighbour. Beyond a pole lies the same row, half way round.
@@ -132,12 +154,12 @@ fn halved<const C: usize>(radiance: &[[f32; C]], width: usize, height: usize) ->
 pub(in crate::scene) struct Irradiance(pub(super) EquirectangularMap);
 
 impl Irradiance {
-    /// Of a picture of radiance, rows from the top.
+    /// The irradiance that a picture of radiance causes, rows from the top.
     pub(in crate::scene) fn new(width: u32, height: u32, radiance: &[[f32; 3]]) -> Self {
         Self(irradiance_map(width, height, radiance))
     }
 
-    /// That of a normal, by its position in the picture.
+    /// The irradiance of a surface with a normal, by the normal's position in the picture.
     #[inline(always)]
     pub(in crate::scene) fn at(&self, position: Vec2) -> Vec3 {
         self.0.at(position)
@@ -178,4 +200,27 @@ fn irradiance_map(width: u32, height: u32, radiance: &[[f32; 3]]) -> Equirectang
         sum.extend(0.0).to_array()
     });
     EquirectangularMap::new(IRRADIANCE_WIDTH, IRRADIANCE_HEIGHT, &radiance)
+}
+
+/// Coefficients of the arc tangent over its argument, by powers of the argument's square: a least-squares fit at
+/// Chebyshev's points.
+const ARC_TANGENT: [f32; 7] = [0.99999565, -0.33316, 0.19796892, -0.13195902, 0.07899983, -0.03310525, 0.0066582896];
+
+/// The angle of a point from the first axis, to 2e-6: several times faster than the library's.
+#[inline(always)]
+fn arc_tangent(y: f32, x: f32) -> f32 {
+    // Without the library's `max` and `min`, which are no single instructions.
+    let (x_size, y_size) = (x.abs(), y.abs());
+    let is_steep = y_size > x_size;
+    let (long, short) = if is_steep { (y_size, x_size) } else { (x_size, y_size) };
+    let ratio = short / if long > f32::MIN_POSITIVE { long } else { f32::MIN_POSITIVE };
+    let square = ratio * ratio;
+    let mut series = 0.0;
+    for coefficient in ARC_TANGENT.iter().rev() {
+        series = series * square + coefficient;
+    }
+    let angle = ratio * series;
+    let angle = if is_steep { std::f32::consts::FRAC_PI_2 - angle } else { angle };
+    let angle = if x < 0.0 { std::f32::consts::PI - angle } else { angle };
+    if y < 0.0 { -angle } else { angle }
 }

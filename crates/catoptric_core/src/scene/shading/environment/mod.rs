@@ -3,13 +3,15 @@
 mod glossy;
 mod lamps;
 pub(in crate::scene) mod map;
+mod picture;
 
 use crate::math::lanes::{Lanes, Vec3Lanes};
 use crate::math::portable::PortableMath;
 use glam::{Vec2, Vec3};
 use glossy::GlossyMaps;
 pub use lamps::{Lamp, Lamps};
-use map::{EquirectangularMap, Irradiance, neighbours, reductions};
+use map::{EquirectangularMap, Irradiance};
+use picture::Picture;
 use std::sync::OnceLock;
 
 /// Light that comes from infinitely far away.
@@ -21,14 +23,9 @@ use std::sync::OnceLock;
 pub struct Environment {
     /// The name of its source, for messages.
     pub name: String,
-    pub(in super::super) width: u32,
-    pub(in super::super) height: u32,
-    /// Linear radiance, rows from the top.
-    pub(in super::super) radiance: Vec<[f32; 3]>,
+    pub(in crate::scene) picture: Picture,
     /// How far directions are turned before they are looked up.
     turn: Turn,
-    /// The same at half the width and height, at a quarter, and so on.
-    reduced: Vec<EquirectangularMap>,
     irradiance: Irradiance,
     /// Made when a rough surface is first lit.
     glossy: OnceLock<GlossyMaps>,
@@ -76,9 +73,9 @@ impl Environment {
             *value = Self::kept(*value);
         }
         let irradiance = Irradiance::new(width, height, &radiance);
-        let reduced = reductions(width as usize, height as usize, &radiance);
+        let picture = Picture::new(width, height, radiance);
         let (glossy, lamps) = (OnceLock::new(), OnceLock::new());
-        Self { name: name.into(), width, height, radiance, turn: Turn::NONE, reduced, irradiance, glossy, lamps }
+        Self { name: name.into(), picture, turn: Turn::NONE, irradiance, glossy, lamps }
     }
 
     /// A value of linear radiance as environments keep it: the infinite one is 65504, where half floats end (suns that
@@ -102,8 +99,8 @@ impl Environment {
 
     /// The environment with all its light times a factor, which is 0 or more.
     pub fn scaled(mut self, factor: f32) -> Self {
-        let maps = self.reduced.iter_mut().chain([&mut self.irradiance.0]).flat_map(|map| &mut map.texels);
-        maps.flatten().chain(self.radiance.iter_mut().flatten()).for_each(|value| *value *= factor);
+        let maps = self.picture.reduced.iter_mut().chain([&mut self.irradiance.0]).flat_map(|map| &mut map.texels);
+        maps.flatten().chain(self.picture.radiance.iter_mut().flatten()).for_each(|value| *value *= factor);
         (self.glossy, self.lamps) = (OnceLock::new(), OnceLock::new());
         self
     }
@@ -120,11 +117,11 @@ impl Environment {
         self.turn.of(direction)
     }
 
-    /// Its small bright parts, if they matter.
+    /// The environment's small bright parts, if they matter.
     #[inline]
     pub fn lamps(&self) -> Option<&Lamps> {
         let found = || {
-            let (level, (width, height, radiance)) = self.picture_within(COLUMNS_FOR_LAMPS);
+            let (level, (width, height, radiance)) = self.picture.within(COLUMNS_FOR_LAMPS);
             Lamps::new(level, width, height, radiance).map(|lamps| lamps.turned(|towards| self.turn.of(towards)))
         };
         self.lamps.get_or_init(found).as_ref()
@@ -132,34 +129,20 @@ impl Environment {
 
     /// Width, height and linear radiance of the picture, rows from the top.
     pub fn picture(&self) -> (u32, u32, &[[f32; 3]]) {
-        (self.width, self.height, &self.radiance)
-    }
-
-    /// The picture, or the first of its reductions that is no wider than so many columns, and which of them: 0 is the
-    /// picture itself.
-    pub(in crate::scene) fn picture_within(&self, columns: u32) -> (usize, (u32, u32, Vec<[f32; 3]>)) {
-        let fits = |map: &EquirectangularMap| map.width <= columns as usize;
-        if self.width <= columns || self.reduced.is_empty() {
-            return (0, (self.width, self.height, self.radiance.clone()));
-        }
-        let index = self.reduced.iter().position(fits).unwrap_or(self.reduced.len() - 1);
-        let map = &self.reduced[index];
-        let rows = map.texels.chunks_exact(map.width + 2).skip(1).take(map.height);
-        let radiance = rows.flat_map(|row| row[1..=map.width].iter().map(|[r, g, b, _]| [*r, *g, *b]));
-        (index + 1, (map.width as u32, map.height as u32, radiance.collect()))
+        (self.picture.width, self.picture.height, &self.picture.radiance)
     }
 
     /// The maps of irradiance by normals ([`Self::irradiance`]) and of radiance over highlights ([`Self::glossy`]), for
     /// alpha 1, 1/2, 1/4 to 1/64; these are made if they are not there yet.
     pub fn light_maps(&self) -> Vec<LightMap<'_>> {
-        let glossy = self.glossy.get_or_init(|| GlossyMaps::new(self));
+        let glossy = self.glossy.get_or_init(|| GlossyMaps::new(&self.picture));
         std::iter::once(&self.irradiance.0).chain(glossy.levels()).map(light_map).collect()
     }
 
     /// The picture's radiance at half its width and height, at a quarter, and so on ([`Self::radiance_over`] reads
     /// these); none of small pictures.
     pub fn reductions(&self) -> impl ExactSizeIterator<Item = LightMap<'_>> {
-        self.reduced.iter().map(light_map)
+        self.picture.reduced.iter().map(light_map)
     }
 
     /// The direction (unit length) that a position in a picture that is not turned (0..1, v down) stands for.
@@ -171,7 +154,7 @@ impl Environment {
     /// The position in this picture (0..1, v down) of a direction of unit length.
     #[inline(always)] // for the instructions of its caller
     fn place(&self, direction: Vec3) -> Vec2 {
-        let Vec2 { x, y } = Self::position(direction);
+        let Vec2 { x, y } = map::position(direction);
         Vec2::new(self.turn.further(x), y)
     }
 
@@ -179,7 +162,7 @@ impl Environment {
     #[inline(always)] // for the instructions of its caller
     #[allow(clippy::needless_range_loop)] // lanes, for the vectoriser
     pub(super) fn places<const N: usize>(&self, directions: &Vec3Lanes<N>) -> [Lanes<N>; 2] {
-        let mut positions = Self::positions(directions);
+        let mut positions = map::positions(directions);
         for i in 0..N {
             positions[0][i] = self.turn.further(positions[0][i]);
         }
@@ -189,28 +172,13 @@ impl Environment {
     /// The position in a picture that is not turned (0..1, v down) of a direction of unit length.
     #[inline(always)] // for the instructions of its caller
     pub fn position(direction: Vec3) -> Vec2 {
-        let azimuth = arc_tangent(direction.z, direction.x);
-        let polar = arc_tangent((direction.x * direction.x + direction.z * direction.z).sqrt(), direction.y);
-        Vec2::new(azimuth * (1.0 / std::f32::consts::TAU) + 0.5, polar * std::f32::consts::FRAC_1_PI)
-    }
-
-    /// The same of several directions, along u and v each.
-    #[inline(always)] // for the instructions of its caller
-    #[allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
-    pub(super) fn positions<const N: usize>(directions: &Vec3Lanes<N>) -> [Lanes<N>; 2] {
-        let mut positions = [Lanes::ZERO; 2];
-        for i in 0..N {
-            let [x, y, z] = [directions[0][i], directions[1][i], directions[2][i]];
-            positions[0][i] = arc_tangent(z, x) * (1.0 / std::f32::consts::TAU) + 0.5;
-            positions[1][i] = arc_tangent((x * x + z * z).sqrt(), y) * std::f32::consts::FRAC_1_PI;
-        }
-        positions
+        map::position(direction)
     }
 
     /// The radiance from a direction (unit length), bilinear between texels.
     #[inline(always)] // for the instructions of its caller
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        bilinear(&self.radiance, self.width as usize, self.height as usize, self.place(direction))
+        self.picture.at_whole_level(self.place(direction), 0)
     }
 
     /// The mean radiance over a pixel: from a direction (unit length) that changes so much from pixel to pixel, along
@@ -235,14 +203,14 @@ impl Environment {
     /// The same within an angle across, on all sides of the direction.
     #[inline]
     pub fn radiance_within(&self, direction: Vec3, across: f32) -> Vec3 {
-        self.at_level(self.place(direction), self.level_of(across).min(self.reduced.len() as f32))
+        self.picture.at_level(self.place(direction), self.level_of(across).min(self.picture.reduced.len() as f32))
     }
 
     /// [`Self::radiance_within`] of which lamps' light has this share, between 0 and 1.
     #[inline]
     pub fn radiance_within_beside(&self, lamps: &Lamps, direction: Vec3, across: f32, share_of_lamps: f32) -> Vec3 {
-        let (position, level) = (self.place(direction), self.level_of(across).min(self.reduced.len() as f32));
-        let all = self.at_level(position, level);
+        let (position, level) = (self.place(direction), self.level_of(across).min(self.picture.reduced.len() as f32));
+        let all = self.picture.at_level(position, level);
         if share_of_lamps >= 1.0 {
             return all;
         }
@@ -255,7 +223,7 @@ impl Environment {
     fn level_of(&self, across: f32) -> f32 {
         // Between texels of a reduction the picture is as smooth as over a cone that is wider by this factor.
         const SMOOTHING: f32 = 1.732;
-        let texels_per_radian = self.width as f32 * (1.0 / std::f32::consts::TAU);
+        let texels_per_radian = self.picture.width as f32 * (1.0 / std::f32::consts::TAU);
         let texels = across.min(LARGEST_CONE) * (texels_per_radian / SMOOTHING);
         let texels = if texels > 1.0 { texels } else { 1.0 };
         // The logarithm's whole part and, nearly linear between powers of two, the rest.
@@ -266,7 +234,7 @@ impl Environment {
 
     #[inline(always)]
     fn mean_radiance(&self, direction: Vec3, change: [Vec3; 2]) -> Vec3 {
-        let texels_per_radian = self.width as f32 * (1.0 / std::f32::consts::TAU);
+        let texels_per_radian = self.picture.width as f32 * (1.0 / std::f32::consts::TAU);
         let [dx, dy] = change.map(|change| change.length() * texels_per_radian);
         let across = if dx >= dy { 0 } else { 1 };
         let (long, short) = (dx.max(dy), dx.min(dy));
@@ -276,33 +244,16 @@ impl Environment {
         }
         // Places follow each other along the longer side, every second one nearer to one end of the shorter side.
         let places = (2.0 * long / short.max(0.5)).clamp(4.0, MOST_PLACES).ceil();
-        let level = (0.5 * short).max(long / places).max(1.0).logarithm2().min(self.reduced.len() as f32);
+        let level = (0.5 * short).max(long / places).max(1.0).logarithm2().min(self.picture.reduced.len() as f32);
         let mut sum = Vec3::ZERO;
         for place in 0..places as u32 {
             let along = (place as f32 + 0.5) / places - 0.5;
             let aside = if place % 2 == 0 { -0.25 } else { 0.25 };
             let step = change[across] * along + change[1 - across] * aside;
             let towards = (direction + step).try_normalize().unwrap_or(direction);
-            sum += self.at_level(self.place(towards), level);
+            sum += self.picture.at_level(self.place(towards), level);
         }
         sum * (1.0 / places)
-    }
-
-    /// The radiance at a position, blended between two reductions.
-    #[inline(always)]
-    fn at_level(&self, position: Vec2, level: f32) -> Vec3 {
-        let whole = level as usize;
-        let (fine, share) = (self.at_whole_level(position, whole), level - whole as f32);
-        if share > 0.0 { fine + (self.at_whole_level(position, whole + 1) - fine) * share } else { fine }
-    }
-
-    /// The radiance at a position of a reduction; 0: the picture as it is.
-    #[inline(always)]
-    fn at_whole_level(&self, position: Vec2, level: usize) -> Vec3 {
-        if level == 0 || self.reduced.is_empty() {
-            return bilinear(&self.radiance, self.width as usize, self.height as usize, position);
-        }
-        self.reduced[(level - 1).min(self.reduced.len() - 1)].at(position)
     }
 
     /// The mean radiance over the highlight of a rough surface around a direction (unit length): what facets that
@@ -318,12 +269,12 @@ impl Environment {
     /// The same at a position in the picture.
     #[inline(always)] // for the instructions of its caller
     pub(super) fn glossy_at(&self, position: Vec2, alpha: f32) -> Vec3 {
-        self.glossy.get_or_init(|| GlossyMaps::new(self)).radiance(self, position, alpha)
+        self.glossy.get_or_init(|| GlossyMaps::new(&self.picture)).radiance(&self.picture, position, alpha)
     }
 
     /// Makes the maps of [`Self::glossy`], on all cores, if they are not there yet.
     pub fn prepare_glossy(&self) {
-        self.glossy.get_or_init(|| GlossyMaps::new(self));
+        self.glossy.get_or_init(|| GlossyMaps::new(&self.picture));
     }
 
     /// The irradiance on a surface with this unit normal: radiance times cosine over the hemisphere.
@@ -346,7 +297,7 @@ struct Turn {
     angle: f64,
     /// In whole turns, 0 to 1.
     share: f32,
-    /// Its sine and cosine.
+    /// The sine and cosine of the turn.
     direction: [f32; 2],
 }
 
@@ -376,47 +327,4 @@ impl Turn {
         let further = position + self.share;
         if further > 1.0 { further - 1.0 } else { further }
     }
-}
-
-/// Of the arc tangent over its argument, by powers of the argument's square: a least-squares fit at Chebyshev's points.
-const ARC_TANGENT: [f32; 7] = [0.99999565, -0.33316, 0.19796892, -0.13195902, 0.07899983, -0.03310525, 0.0066582896];
-
-/// The angle of a point from the first axis, to 2e-6: several times faster than the library's.
-#[inline(always)]
-fn arc_tangent(y: f32, x: f32) -> f32 {
-    // Without the library's `max` and `min`, which are no single instructions.
-    let (x_size, y_size) = (x.abs(), y.abs());
-    let is_steep = y_size > x_size;
-    let (long, short) = if is_steep { (y_size, x_size) } else { (x_size, y_size) };
-    let ratio = short / if long > f32::MIN_POSITIVE { long } else { f32::MIN_POSITIVE };
-    let square = ratio * ratio;
-    let mut series = 0.0;
-    for coefficient in ARC_TANGENT.iter().rev() {
-        series = series * square + coefficient;
-    }
-    let angle = ratio * series;
-    let angle = if is_steep { std::f32::consts::FRAC_PI_2 - angle } else { angle };
-    let angle = if x < 0.0 { std::f32::consts::PI - angle } else { angle };
-    if y < 0.0 { -angle } else { angle }
-}
-
-/// The value of a picture at a position, between four texels. Without closures: they would not be compiled for the
-/// instructions of the caller.
-#[inline(always)]
-fn bilinear(texels: &[[f32; 3]], width: usize, height: usize, position: Vec2) -> Vec3 {
-    let (x, y) = (position.x * width as f32 - 0.5, position.y * height as f32 - 0.5);
-    let (left, top) = (floor(x), floor(y));
-    let (fx, fy) = (x - left as f32, y - top as f32);
-    let [upper_left, upper_right] = neighbours(texels, width, height, left, top);
-    let [lower_left, lower_right] = neighbours(texels, width, height, left, top + 1);
-    let upper = upper_left * (1.0 - fx) + upper_right * fx;
-    let lower = lower_left * (1.0 - fx) + lower_right * fx;
-    (upper * (1.0 - fy) + lower * fy).truncate()
-}
-
-/// The largest whole number that is not above: machines without an instruction for it call a function.
-#[inline(always)]
-fn floor(value: f32) -> i32 {
-    let whole = value as i32;
-    whole - i32::from(value < whole as f32)
 }

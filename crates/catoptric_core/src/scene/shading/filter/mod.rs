@@ -2,33 +2,33 @@
 //! once.
 
 mod arithmetic;
+mod look_ups;
 mod taps;
 mod texels;
 
 pub use arithmetic::{floor, index, log2};
+pub use look_ups::TextureLookUps;
 
-use super::texture::Texture;
+use super::texture::{Texture, UvFootprint};
 use crate::math::lanes::Lanes;
-use glam::Vec4;
+use glam::{Vec2, Vec4};
 use taps::{FootprintPlaces, Taps, TextureTraits, moved, places, taps};
 use texels::{LevelLanes, along, corners};
 
-/// The positions of look-ups: texture coordinates and their change a pixel, along u and v each.
-#[derive(Clone, Debug)]
-pub struct TextureLookUps<const N: usize> {
-    /// The texture coordinates.
-    pub uv: [Lanes<N>; 2],
-    /// Change with the pixel's column.
-    pub dx: [Lanes<N>; 2],
-    /// Change with the pixel's row.
-    pub dy: [Lanes<N>; 2],
-    /// The number of samples of the pixel that a look-up stands for; 0 as 1.
-    pub samples: [u32; N],
-}
-
-impl<const N: usize> TextureLookUps<N> {
-    pub(super) const ZERO: Self =
-        Self { uv: [Lanes::ZERO; 2], dx: [Lanes::ZERO; 2], dy: [Lanes::ZERO; 2], samples: [1; N] };
+impl Texture {
+    /// The filtered value at `uv` (0..1 over the image, v down) for a footprint of that size.
+    ///
+    /// Anisotropic footprints take up to eight trilinear look-ups along their longer axis. Where one look-up stands for
+    /// several samples of a pixel, the places of the samples are looked up, each with its share of the footprint: what
+    /// supersampling would give.
+    #[inline]
+    pub fn sample(&self, uv: Vec2, footprint: &UvFootprint) -> Vec4 {
+        let UvFootprint { dx, dy, samples } = *footprint;
+        let [uv, dx, dy] = [uv, dx, dy].map(|pair| pair.to_array().map(Lanes::splat));
+        let mut value = [Vec4::ZERO];
+        sample(self, &TextureLookUps { uv, dx, dy, samples: [samples] }, 1, &mut value);
+        value[0]
+    }
 }
 
 /// Sets the filtered values of a texture at the first `count` places; white where a place is not finite.

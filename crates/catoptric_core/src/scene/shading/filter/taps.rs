@@ -2,8 +2,8 @@
 
 use super::super::sample_patterns::SAMPLE_PATTERNS;
 use super::super::texture::{MipFilter, Texture, Wrap};
-use super::TextureLookUps;
 use super::arithmetic::{floor, log2};
+use super::look_ups::TextureLookUps;
 use crate::math::lanes::Lanes;
 use glam::Vec2;
 
@@ -31,7 +31,7 @@ static PLACES: [[Vec2; MAX_PLACES]; 4] = {
 
 /// Properties of a texture for its look-ups.
 pub(super) struct TextureTraits {
-    /// Of the finest level.
+    /// The size of the finest level, in texels.
     size: [f32; 2],
     /// The index of the coarsest level; below 0 where levels are not used.
     last_level: f32,

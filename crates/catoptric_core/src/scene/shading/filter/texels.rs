@@ -14,7 +14,7 @@ pub(super) struct LevelLanes<const N: usize> {
 }
 
 impl<const N: usize> LevelLanes<N> {
-    /// Those of these indices; the coarsest where there are fewer.
+    /// The levels of these indices; the coarsest where there are fewer.
     #[inline(always)]
     pub(super) fn new(texture: &Texture, indices: &[u32; N]) -> Self {
         let level = |index: u32| &texture.levels[(index as usize).min(texture.levels.len() - 1)];

@@ -1,7 +1,7 @@
 //! Light that lit surfaces with microfacets, normal maps and occlusion send to their viewers: glTF's metallic-roughness
 //! model (glTF 2.0, appendix B), for several points of one material at once.
 
-use super::super::light_visibility::{ShadowStart, hide};
+use super::super::shadows::{ShadowStart, hide};
 use super::super::{Environment, Light, Material, Microfacets, Scene};
 use super::arriving_light::{ArrivingLight, add_suns, headlight};
 use super::microfacets::{LEAST_COSINE, LEAST_ROUGHNESS, ReflectanceTable, grazing_share, lobe, widened_alpha};
@@ -64,7 +64,7 @@ impl<const N: usize> LitPoints<N> {
     };
 }
 
-/// What is the same for all lights.
+/// The properties of points that are the same for all lights.
 struct Facets<const N: usize> {
     /// Cosines between normals and viewers, as they are.
     n_v: Lanes<N>,
@@ -74,7 +74,7 @@ struct Facets<const N: usize> {
     reflectance: Vec3Lanes<N>,
     /// The same at grazing angles.
     at_grazing: Lanes<N>,
-    /// What is scattered of the light that enters.
+    /// The share that is scattered of the light that enters.
     albedo: Vec3Lanes<N>,
 }
 

@@ -139,7 +139,8 @@ pub fn extent_of_sample(alpha: f32, n_h: f32, n_v: f32, count: u32) -> f32 {
 /// Cells of the table a side, less one.
 pub const CELLS: usize = 32;
 
-/// What a surface does to light that arrives from all around, by its roughness, then the cosine towards the viewer.
+/// The reflection of light that arrives from all around, by the surface's roughness, then the cosine towards the
+/// viewer.
 pub struct ReflectanceTable([[Vec4; CELLS + 1]; CELLS + 1]);
 
 /// A surface's reflection of light that arrives from all around (Karis 2013's split sum), in two factors.
@@ -212,8 +213,8 @@ impl ReflectanceTable {
         &TABLE
     }
 
-    /// Its cells: rows by perceptual roughness, columns by the cosine towards the viewer, both from 0 to 1; the fields
-    /// of [`ReflectedSurroundings`] in their order. Between them look-ups are linear.
+    /// The table's cells: rows by perceptual roughness, columns by the cosine towards the viewer, both from 0 to 1; the
+    /// fields of [`ReflectedSurroundings`] in their order. Between them look-ups are linear.
     pub fn rows(&self) -> &[[Vec4; CELLS + 1]; CELLS + 1] {
         &self.0
     }

@@ -52,7 +52,7 @@ impl EmitterPoint {
 pub struct Emitters(Vec<Emitter>);
 
 impl Emitters {
-    /// Those of a list that emit anything; `None` if none does.
+    /// The emitters of a list that emit anything; `None` if none does.
     pub(super) fn new(found: impl Iterator<Item = Emitter>) -> Option<Self> {
         let (mut emitters, mut power_so_far) = (Vec::new(), 0.0);
         for emitter in found {

@@ -1,7 +1,6 @@
 //! Finds what the surfaces of a scene see of its environment and of its emitters.
 
-use super::super::super::Scene;
-use super::super::super::light_visibility::LightVisibility;
+use super::super::super::{LightVisibility, Scene};
 use super::super::environment::map::Irradiance;
 use super::Sky;
 use super::corners::Corners;
@@ -17,8 +16,8 @@ const SKY_PARTS: u32 = 160;
 const MOST_COLUMNS: u32 = 1024;
 
 impl Scene {
-    /// What the surfaces see of the environment and of emitters, by means that tell what stands before them; nothing
-    /// without either.
+    /// The sky and the emitters as the surfaces see them, by means that tell what stands before them; `None` without
+    /// either.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -28,7 +27,7 @@ impl Scene {
         progress: &dyn Progress,
     ) -> Result<Option<Sky>, Cancelled> {
         let emitters = self.find_emitters();
-        let picture = self.environment.as_ref().map(|environment| environment.picture_within(MOST_COLUMNS).1);
+        let picture = self.environment.as_ref().map(|environment| environment.picture.within(MOST_COLUMNS).1);
         if emitters.is_none() && picture.is_none() {
             return Ok(None);
         }

@@ -1,7 +1,7 @@
 //! Gathers the light of the sky and of emitters that arrives at places of surfaces.
 
-use super::super::super::light_visibility::{LightVisibility, ShadowStart};
-use super::super::super::{Light, LightKind, Material, Scene};
+use super::super::super::shadows::ShadowStart;
+use super::super::super::{Light, LightKind, LightVisibility, Material, Scene};
 use super::emitters::EmitterPoint;
 use super::shares::Arriving;
 use super::suns::SkyPart;

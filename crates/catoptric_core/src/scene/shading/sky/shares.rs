@@ -1,4 +1,4 @@
-//! What surfaces see of the sky and of emitters, at all places of them.
+//! The light of the sky and of emitters that arrives at surfaces, at all places of them.
 
 use glam::{Vec2, Vec3};
 
@@ -27,13 +27,13 @@ impl Arriving {
 /// A triangle of a surface, whole or divided into four.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// What arrives at its corners.
+    /// The light that arrives at the triangle's corners: indices into [`SurfaceShares::arriving`].
     pub(super) corners: [u32; 3],
     /// The first of its four parts: those at its corners, then the middle one; 0: it is not divided.
     pub(super) parts: u32,
 }
 
-/// What arrives at all places of a scene's triangles.
+/// The light that arrives at all places of a scene's triangles.
 #[derive(Debug)]
 pub(super) struct SurfaceShares {
     pub(super) arriving: Vec<Arriving>,
@@ -60,7 +60,7 @@ impl SurfaceShares {
     /// The corners of the smallest part of a triangle about a place, and the weights of the second and third one.
     #[inline(always)]
     fn node(&self, triangle: u32, barycentrics: Vec2) -> Option<([u32; 3], Vec2)> {
-        // What a pixel shows may have its middle beside the triangle.
+        // A pixel's middle may lie beside the triangle that the pixel shows.
         let at = barycentrics.max(Vec2::ZERO);
         let at = at / (at.x + at.y).max(1.0);
         let (mut b, mut c) = (at.x, at.y);

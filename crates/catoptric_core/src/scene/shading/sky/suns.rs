@@ -12,7 +12,8 @@ const MOST_SUNS: usize = 4;
 /// A sun lies within this angle of its brightest texel; what is around it is taken from as far again.
 const RADIUS: f32 = 6.0 * PI / 180.0;
 
-/// What is fainter, as a share of all light, is left to the rest: one sun costs a ray at each point that it lights.
+/// The least share of all light that a sun has: fainter ones are left to the rest, as one sun costs a ray at each point
+/// that it lights.
 const LEAST_SHARE: f32 = 0.04;
 
 /// A texel of an environment.

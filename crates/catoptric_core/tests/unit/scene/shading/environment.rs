@@ -149,7 +149,7 @@ fn a_factor_scales_all_light() {
     assert_eq!(sky().scaled(0.0).irradiance(towards), Vec3::ZERO);
 }
 
-/// What lamps have, the rest lacks: a surface is lit by both as by the whole.
+/// Lamps have the light that the rest lacks: a surface is lit by both as by the whole.
 #[test]
 fn lamps_and_the_rest_are_all_light() {
     let (width, height) = (128usize, 64usize);

@@ -47,11 +47,11 @@ struct Towards {
 /// The verdict on a piece of surface; the first two are certain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
-    /// It holds no root.
+    /// The piece holds no root.
     Empty,
-    /// It holds one root at most, and that one is here: a root, but possibly a little outside the piece.
+    /// The piece holds one root at most, and that one is here: a root, but possibly a little outside the piece.
     One(DVec3),
-    /// It must be split.
+    /// The piece must be split.
     Open,
 }
 

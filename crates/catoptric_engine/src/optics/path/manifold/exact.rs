@@ -1,6 +1,6 @@
 //! Sites of analytic surfaces: on the zero set of an implicit function.
 
-use super::{ManifoldFrame, ManifoldVertex};
+use super::vertex::{ManifoldFrame, ManifoldVertex};
 use catoptric_core::surface::patch::tangent_frame;
 use catoptric_core::surface::{PlacedSurface, Taylor2};
 use glam::{DVec2, DVec3};

@@ -4,7 +4,7 @@
 //! the edge would. At borders and creases sites continue in the plane of the last triangle.
 
 use super::topology::Topology;
-use super::{ManifoldFrame, ManifoldVertex};
+use super::vertex::{ManifoldFrame, ManifoldVertex};
 use catoptric_core::scene::{Object, Scene};
 use catoptric_core::surface::mesh::adjacency::NO_NEIGHBOUR;
 use catoptric_core::surface::patch::{SurfacePatch, tangent_frame};

@@ -1,4 +1,4 @@
-//! What a material's factors say: its facets, its role or its lobes.
+//! The factors of a material: its facets, its role or its lobes.
 
 use super::super::super::lobes::{self, Details, give_role_or_lobes};
 use super::super::schema::{self, Material as MaterialEntry};

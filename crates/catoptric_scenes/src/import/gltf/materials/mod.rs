@@ -65,7 +65,7 @@ pub(super) struct PlannedMaterial {
 }
 
 impl PlannedMaterial {
-    /// What vertices must bring.
+    /// The attributes that vertices must bring.
     pub(super) fn attributes(&self) -> VertexNeeds {
         // A vertex has one tangent: along the coat's map only if the surface beneath has none.
         let stretched = &self.textures.lobes[LobeTexture::Anisotropy as usize];
@@ -75,7 +75,7 @@ impl PlannedMaterial {
         VertexNeeds { sets: self.sets, normal_map: channel.or_else(first) }
     }
 
-    /// Whether its highlights are wider along one direction.
+    /// True if highlights are wider along one direction.
     fn is_stretched(&self) -> bool {
         self.material.lobes.as_ref().is_some_and(|lobes| lobes.anisotropy > 0.0)
     }

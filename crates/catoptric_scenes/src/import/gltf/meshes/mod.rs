@@ -1,7 +1,8 @@
 //! Primitives: triangles of every mode, vertex attributes, morph targets.
 
+mod draco;
+
 use super::accessors::{Component, Elements};
-use super::codec::draco;
 use super::schema::{self, Mesh};
 use super::source::Source;
 use catoptric_core::error::SceneError;
@@ -92,7 +93,7 @@ impl Kept {
 pub(super) struct PrimitiveReader<'r, 's> {
     source: &'s Source<'r>,
     primitive: &'s schema::Primitive,
-    /// Its place in the file, for messages.
+    /// The primitive's place in the file, for messages.
     owner: String,
     decoded: Option<draco::DecodedMesh>,
 }

@@ -66,7 +66,7 @@ fn faces_are_seen_from_the_middle() {
         _ => halves([right, down]),
     };
     let cross = load(&squares(3, 4, turned), "cross");
-    // Of each face the direction of its middle, to the right and downwards; the upper and lower faces join +Z.
+    // For each face the direction of its middle, to the right and downwards; the upper and lower faces join +Z.
     let faces = [
         (Vec3::NEG_X, Vec3::NEG_Z, Vec3::NEG_Y),
         (Vec3::X, Vec3::Z, Vec3::NEG_Y),

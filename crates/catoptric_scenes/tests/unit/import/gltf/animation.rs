@@ -61,7 +61,7 @@ fn morph_targets_and_their_weights() {
     file.json["accessors"][weights]["normalized"] = json!(true);
     animate(&mut file, 0, "weights", "LINEAR", times, weights);
     assert_eq!(at(&file, 0.25), Vec3::new(1.0, 0.0, 0.25));
-    // What the pose before was made of is used where it holds alone.
+    // Pieces of the pose before are used only where they hold.
     let (model, mut memory) = (file.model(), PoseMemory::default());
     for (time, height) in [(0.25, 0.25), (0.75, 0.75), (0.75, 0.75), (0.25, 0.25)] {
         let scene = model.pose_again(&PoseOptions { time, ..Default::default() }, &mut memory).unwrap();

@@ -45,7 +45,7 @@ fn plain_metals_are_mirrors_and_others_have_lobes() {
         let facets = found.microfacets.unwrap();
         assert_eq!((facets.metallic, facets.roughness), (metallic, roughness));
     }
-    // What a rough dielectric reflects is the environment, as wide as half of the sky.
+    // A rough dielectric has no lobes: its reflection is the environment's, as wide as half of the sky.
     assert!(material(metal(0.0, 0.9)).lobes().is_none());
     // By the format's defaults: white, rough metal.
     assert!(material(json!({})).lobes().is_some());

@@ -300,7 +300,7 @@ fn moves_and_looks_are_given_by_name() {
     assert_eq!(center(&moved), center(&plain) + by);
     let looks = "[material.\"*\"]\ncolor = [0.5, 0.25, 1]\n[material.ball]\nroughness = 0.9\n";
     let scene = posed(looks).unwrap();
-    // Of several the last one wins, whole.
+    // The last of several rules wins, whole.
     assert_eq!((scene.material_of(0).mirror_roughness, scene.material_of(0).base_color.x), (0.5, 1.0));
     let glass = posed("[role]\nball = \"lens\"\n[material.ball]\ncolor = [0.5, 0.25, 1]\nior = 1.7\n").unwrap();
     assert_eq!((glass.role_of(0), glass.material_of(0).ior), (Role::Lens, 1.7));

@@ -1,5 +1,0 @@
-//! Compressed geometry and textures.
-
-pub(super) mod draco;
-pub(super) mod ktx2;
-pub(super) mod meshopt;
