@@ -18,6 +18,7 @@ pub mod wire;
 
 pub use drawing::Gpu;
 pub use mailbox::Mailbox;
+pub use news::Tell;
 
 use catoptric::error::RenderError;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
@@ -37,9 +38,6 @@ const REST: Duration = Duration::from_millis(60);
 
 /// The time between looks at a device that draws.
 const GLANCE: Duration = Duration::from_millis(1);
-
-/// Receives news, from any thread.
-pub type Tell = Arc<dyn Fn(News) + Send + Sync>;
 
 /// What draws.
 pub struct Studio {

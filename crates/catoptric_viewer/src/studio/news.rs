@@ -201,3 +201,6 @@ pub enum News {
         path: Vec<super::pick::Bounce>,
     },
 }
+
+/// Receives news, from any thread.
+pub type Tell = Arc<dyn Fn(News) + Send + Sync>;
