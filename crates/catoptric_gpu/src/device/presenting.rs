@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::frame::Drawing;
-use super::upload::group;
+use super::pipelines::group;
 use bytemuck::{Pod, Zeroable};
 use catoptric::tone::{Display, ToneCurve};
 use wgpu::util::DeviceExt;

@@ -1,7 +1,8 @@
 //! Environment maps in a device's memory.
 
 use crate::device::context::Context;
-use crate::device::upload::{Upload, group};
+use crate::device::pipelines::group;
+use crate::device::scene::Upload;
 use crate::error::GpuError;
 use crate::tables::{MapTables, map_tables};
 use catoptric::methods::lookup::environment_map::ReflectorCubeMap;
@@ -27,7 +28,7 @@ impl DeviceMaps {
 }
 
 /// Loads the records of maps, and the texels of their cubes.
-pub(crate) fn map_views(upload: &mut Upload<'_>, tables: &MapTables) -> Result<[TextureView; 2], GpuError> {
+pub(super) fn map_views(upload: &mut Upload<'_>, tables: &MapTables) -> Result<[TextureView; 2], GpuError> {
     let records = upload.table("the environment maps' records", &tables.records)?;
     Ok([records, upload.colors("the environment maps", &tables.texels)?])
 }

@@ -1,18 +1,14 @@
 //! Layered environment maps about groups of reflectors in a device's memory.
 
 use crate::device::context::Context;
-use crate::device::pipelines::{table, texture};
-use crate::device::upload::{DeviceScene, Upload, group, size_in_rows};
+use crate::device::pipelines::group;
+use crate::device::scene::{DeviceScene, Upload, size_in_rows};
 use crate::error::GpuError;
 use crate::hierarchy::Hierarchy;
 use crate::tables::{LayerMaps, layer_maps};
 use catoptric::methods::lookup::layered_environment_map::{LayeredMaps, ViewpointLayers};
 use catoptric::scene::{Scene, View};
-use wgpu::{BindGroup, BindingResource, BindingType, TextureFormat, TextureSampleType, TextureView};
-
-/// What shaders read.
-pub(crate) const BINDINGS: [(u32, BindingType); 4] =
-    [table(0), table(1), texture(2, TextureSampleType::Float { filterable: false }, false), table(3)];
+use wgpu::{BindGroup, BindingResource, TextureFormat, TextureView};
 
 /// The layers of a scene on a device.
 #[derive(Debug)]

@@ -2,27 +2,17 @@
 
 use super::maps::map_views;
 use crate::device::context::Context;
-use crate::device::pipelines::{array_texture, table};
-use crate::device::upload::{DeviceScene, Upload, group};
+use crate::device::pipelines::group;
+use crate::device::scene::{DeviceScene, Upload};
 use crate::error::GpuError;
 use crate::tables::{field_tables, slab_pictures, slab_sizes, slab_tables};
 use catoptric::methods::lookup::light_field::{LightFields, SlabTables, Slabs};
 use catoptric::scene::Scene;
 use std::sync::Arc;
-use wgpu::{
-    BindGroup, BindingResource, BindingType, SamplerBindingType, TextureFormat, TextureSampleType, TextureView,
-};
+use wgpu::{BindGroup, BindingResource, TextureFormat, TextureView};
 
 /// Slabs of a region.
 const SLABS: usize = 6;
-
-/// What shaders read beside the environment maps of objects that lie in no region.
-pub(crate) const BINDINGS: [(u32, BindingType); 4] = [
-    table(2),
-    array_texture(3, TextureSampleType::Float { filterable: true }),
-    array_texture(4, TextureSampleType::Sint),
-    (5, BindingType::Sampler(SamplerBindingType::Filtering)),
-];
 
 /// The light fields of a scene on a device.
 #[derive(Debug)]

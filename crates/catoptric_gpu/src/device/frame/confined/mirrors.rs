@@ -1,11 +1,10 @@
 //! Flat mirrors: the scene mirrored in each, drawn by hardware where the mirror is seen.
 
-use super::confined::{Kind, MOST_PATHS, PathRecords};
-use super::targets::Targets;
-use super::timer::Timer;
+use super::records::{MOST_PATHS, PathRecords};
 use crate::device::context::Context;
-use crate::device::pipelines::table;
-use crate::device::upload::{DeviceScene, Upload};
+use crate::device::frame::targets::Targets;
+use crate::device::frame::timer::Timer;
+use crate::device::scene::{DeviceScene, Upload};
 use crate::error::GpuError;
 use crate::layout::MirrorPath;
 use catoptric::methods::projection::planar_mirror::{FlatMirrors, MirrorView, PlanarMirrorSettings};
@@ -13,9 +12,6 @@ use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
 use glam::{DMat4, Mat4};
 use wgpu::{BindingResource, TextureView};
-
-/// How mirrored scenes are drawn: with the mirrors of triangles.
-pub(crate) const KIND: Kind = Kind { shader: "mirrors.wgsl", table: Some(table(1)), corners: None };
 
 /// The flat mirrors of a scene on a device.
 #[derive(Debug)]
@@ -70,7 +66,7 @@ impl DeviceMirrors {
         let mut last = &targets.ids;
         for (order, picture) in (1..).zip(&targets.drawn) {
             let table = (1, BindingResource::TextureView(&self.table));
-            let group = pipelines.mirrors.group(context, index, &records, Some(table), last);
+            let group = pipelines.mirrors.group(device, index, records.binding(), Some(table), last);
             // Every sample is on one path of each order: all of them share the depth.
             let mut pass = targets.begin(encoder, picture, timer.render("mirrored"));
             pass.set_bind_group(0, &resident.scene, &[0]);

@@ -1,12 +1,12 @@
 //! Virtual geometry of paths: found by the processor, drawn by hardware where the path before shows the object of the
 //! last event.
 
-use super::confined::{Kind, MOST_PATHS, PathRecords};
-use super::targets::Targets;
-use super::tiles::Paths;
-use super::timer::Timer;
+use super::records::{MOST_PATHS, PathRecords};
 use crate::device::context::Context;
-use crate::device::upload::{DeviceScene, Upload};
+use crate::device::frame::paths::Paths;
+use crate::device::frame::targets::Targets;
+use crate::device::frame::timer::Timer;
+use crate::device::scene::{DeviceScene, Upload};
 use crate::error::GpuError;
 use crate::layout::{ListCorner, PathList, bits, hit_flags};
 use crate::tables::onward_bits;
@@ -17,20 +17,7 @@ use catoptric::scene::{PicturePoint, Scene, View};
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BufferUsages, TextureView, VertexAttribute, VertexBufferLayout, VertexStepMode, vertex_attr_array};
-
-const ATTRIBUTES: [VertexAttribute; 4] = vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Uint32, 3 => Uint32];
-
-/// How virtual geometry is drawn.
-pub(crate) const KIND: Kind = Kind {
-    shader: "lists.wgsl",
-    table: None,
-    corners: Some(VertexBufferLayout {
-        array_stride: size_of::<ListCorner>() as u64,
-        step_mode: VertexStepMode::Vertex,
-        attributes: &ATTRIBUTES,
-    }),
-};
+use wgpu::{BufferUsages, TextureView};
 
 /// The corners of triangles that are their own source.
 const WHOLE: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -126,7 +113,7 @@ impl DeviceLists {
                     &targets.drawn[place]
                 }
             };
-            let group = pipelines.lists.group(context, index, &records, None, before);
+            let group = pipelines.lists.group(device, index, records.binding(), None, before);
             // Every sample is on one path of these kinds: all of them share the depth.
             let mut pass = targets.begin(encoder, &targets.drawn[place], timer.render("lists"));
             let Some(corners) = &self.corners else { continue };

@@ -1,19 +1,17 @@
 //! Virtual geometry of smooth reflectors, found on the device: where vertices appear, divided until it may be drawn
 //! straight, and drawn by hardware where its reflector is seen.
 
-mod pipelines;
 mod reflectors;
 
-pub(crate) use pipelines::VirtualPipelines;
 pub(crate) use reflectors::Search;
 
-use super::confined::PathRecords;
-use super::targets::Targets;
-use super::tiles::begin;
-use super::timer::Timer;
+use super::records::PathRecords;
 use crate::device::context::Context;
-use crate::device::pipelines::DEPTH_FORMAT;
-use crate::device::upload::{DeviceScene, Upload, group};
+use crate::device::frame::passes::begin;
+use crate::device::frame::targets::Targets;
+use crate::device::frame::timer::Timer;
+use crate::device::pipelines::{DEPTH_FORMAT, MAP_FORMAT, PICTURE_FORMAT, Step, group};
+use crate::device::scene::{DeviceScene, Upload};
 use crate::error::GpuError;
 use crate::layout::{
     Appearance, GRID_SIDE, ListCorner, PICTURE_SIDE, PathList, Piece, Point, Reflection, START_RAY_BYTES,
@@ -22,10 +20,9 @@ use crate::layout::{bits, hit_flags};
 use bytemuck::{Pod, Zeroable};
 use catoptric::scene::{Scene, View};
 use glam::Mat4;
-use pipelines::{MAP_FORMAT, PICTURE_FORMAT, Step};
 use reflectors::{Reflector, reflectors_of, seen_in};
 use std::num::NonZeroU64;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages, LoadOp, Operations, StoreOp, TextureUsages, TextureView};
 
@@ -192,12 +189,13 @@ impl VirtualTables {
     pub(crate) fn get(
         context: &Context,
         resident: &DeviceScene,
+        last: &Mutex<Option<Arc<Self>>>,
         on_device: &OnDevice,
         [width, height]: [u32; 2],
     ) -> Result<Option<Arc<Self>>, GpuError> {
         let of_scene = [resident.tables.vertices.len() as u32, resident.triangle_count];
         let Some(room) = Room::new(context, on_device, of_scene, width * height) else { return Ok(None) };
-        let mut last = resident.virtual_tables.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(tables) = last.as_ref().filter(|tables| tables.room == room) {
             return Ok(Some(tables.clone()));
         }
@@ -407,7 +405,7 @@ impl VirtualTables {
         let Context { device, pipelines, .. } = context;
         let of_path = |reflector: &Reflection| PathList { object: reflector.object, parent: 0, number: 1, unused: 0 };
         let records = PathRecords::new(device, reflectors.iter().map(of_path));
-        let group = pipelines.lists.group(context, index, &records, None, &targets.ids);
+        let group = pipelines.lists.group(device, index, records.binding(), None, &targets.ids);
         let mut pass = targets.begin(encoder, target, timer.render("lists"));
         pass.set_pipeline(&pipelines.lists.get(device, index, resident.features.has_holes()));
         pass.set_bind_group(0, &resident.scene, &[0]);

@@ -1,21 +1,19 @@
 //! Pipelines that find what smooth reflectors show.
 
-use crate::device::frame::tiles::compute;
-use crate::device::kept::Kept;
-use crate::device::pipelines::{
-    Draws, draws, layout, pipeline_layout, shader_module, texture, uniform, written_storage,
-};
+use super::bindings::{layout, texture, uniform, written_storage};
+use super::kept::Kept;
+use super::making::{Draws, compute, draws, pipeline_layout, shader_module};
 use crate::tables::SceneFeatures;
 use wgpu::{BindGroupLayout, ComputePipeline, RenderPipeline, ShaderStages, TextureFormat, TextureSampleType};
 
 /// Of a reflector's own picture: numbers of triangles and 1.
-pub(super) const PICTURE_FORMAT: TextureFormat = TextureFormat::R32Uint;
+pub(crate) const PICTURE_FORMAT: TextureFormat = TextureFormat::R32Uint;
 /// Of explosion maps: places of the picture, and 1.
-pub(super) const MAP_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+pub(crate) const MAP_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
 /// A step of the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Step {
+pub(crate) enum Step {
     /// The rays from which searches begin.
     Rays,
     /// Before the first piece of a reflector.
@@ -51,12 +49,12 @@ impl Step {
 #[derive(Debug)]
 pub(crate) struct VirtualPipelines {
     /// A reflector's record, for its own picture.
-    pub(super) drawing: BindGroupLayout,
+    pub(crate) drawing: BindGroupLayout,
     /// That, its picture and the tables.
-    pub(super) working: BindGroupLayout,
-    pub(super) picture: RenderPipeline,
+    pub(crate) working: BindGroupLayout,
+    pub(crate) picture: RenderPipeline,
     /// Explosion maps of the near and of the far sphere.
-    pub(super) maps: [RenderPipeline; 2],
+    pub(crate) maps: [RenderPipeline; 2],
     layout: wgpu::PipelineLayout,
     /// Of projection and of division.
     modules: [wgpu::ShaderModule; 2],
@@ -94,7 +92,7 @@ impl VirtualPipelines {
     }
 
     /// The pipeline of a step for scenes with such features.
-    pub(super) fn get(
+    pub(crate) fn get(
         &self,
         device: &wgpu::Device,
         features: SceneFeatures,

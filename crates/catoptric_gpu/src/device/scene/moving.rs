@@ -1,13 +1,14 @@
 //! Scenes whose objects move: what changes in their tables is written in place.
 
-use super::context::Context;
-use super::upload::DeviceScene;
+use super::resident::{DeviceScene, object_texels};
+use super::upload::write_rows;
+use crate::device::context::Context;
 use crate::error::GpuError;
-use crate::tables::{Moved, SceneTables, light_records};
+use crate::tables::{Moved, light_records};
 use bytemuck::Pod;
 use catoptric::scene::Scene;
 use std::sync::Arc;
-use wgpu::{Buffer, Texture};
+use wgpu::Texture;
 
 impl DeviceScene {
     /// What has moved since the scene was loaded, if nothing but places and lights have changed.
@@ -38,24 +39,6 @@ impl DeviceScene {
     }
 }
 
-/// The tables that change when something moves.
-#[derive(Debug)]
-pub(super) struct StoredTables {
-    pub(super) vertices: Texture,
-    pub(super) objects: Texture,
-    pub(super) nodes: Texture,
-    pub(super) leaves: Texture,
-    pub(super) wide: Texture,
-    pub(super) lights: Buffer,
-}
-
-/// The objects with what lies behind them.
-pub(super) fn object_texels(tables: &SceneTables) -> Vec<[u32; 4]> {
-    let mut texels: Vec<[u32; 4]> = bytemuck::cast_slice(&tables.surfaces).to_vec();
-    texels.extend(&tables.programs);
-    texels
-}
-
 /// Writes the rows of a table that have a record which changes.
 fn write_changed<T: Pod>(queue: &wgpu::Queue, texture: &Texture, records: &[T], changes: &[bool]) {
     let texels: &[[u32; 4]] = bytemuck::cast_slice(records);
@@ -71,29 +54,5 @@ fn write_changed<T: Pod>(queue: &wgpu::Queue, texture: &Texture, records: &[T], 
         let part = &texels[start * width..texels.len().min(end * width)];
         write_rows(queue, texture, [start as u32, 0], part);
         first = end;
-    }
-}
-
-/// Writes texels row by row, from a row of a layer on.
-pub(super) fn write_rows<T: Pod>(queue: &wgpu::Queue, texture: &Texture, [first, layer]: [u32; 2], texels: &[T]) {
-    let row = texture.width() as usize;
-    let (whole, rest) = texels.split_at(texels.len() / row * row);
-    let whole_rows = (whole.len() / row) as u32;
-    for (y, height, texels) in [(first, whole_rows, whole), (first + whole_rows, 1, rest)] {
-        if texels.is_empty() {
-            continue;
-        }
-        let width = (texels.len() / height as usize) as u32;
-        let origin = wgpu::Origin3d { x: 0, y, z: layer };
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo { origin, ..texture.as_image_copy() },
-            bytemuck::cast_slice(texels),
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(width * size_of::<T>() as u32),
-                rows_per_image: None,
-            },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
     }
 }

@@ -1,21 +1,34 @@
 //! The pipelines of all passes, made once a device.
 
-use super::frame::confined::ConfinedPipelines;
-use super::frame::rough::{self, RoughPipelines};
-use super::frame::samples::SumPipelines;
-use super::frame::tiles::TilePipelines;
-use super::frame::virtual_mesh::VirtualPipelines;
-use super::frame::{fields, layers, lists, mirrors};
-use super::kept::Kept;
-use crate::shader;
-use crate::tables::SceneFeatures;
-use wgpu::{BindingType, BufferBindingType, ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension};
+mod bindings;
+mod confined;
+mod formats;
+mod kept;
+mod lookups;
+mod making;
+mod rough;
+mod sums;
+mod tiles;
+mod virtual_mesh;
 
-/// Triangles' numbers, in two halves: 32 bits in one number cannot be antialiased.
-pub(crate) const ID_FORMAT: TextureFormat = TextureFormat::Rg16Uint;
-/// Linear colours.
-pub(crate) const COLOR_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
-pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+pub(crate) use bindings::group;
+pub(crate) use formats::{COLOR_FORMAT, CONFINED_FORMAT, DEPTH_FORMAT, ID_FORMAT};
+pub(crate) use rough::{BLUR, FIND_NEAR, FOLLOW, MARK, MEET, REDUCE};
+pub(crate) use tiles::Pass;
+pub(crate) use virtual_mesh::{MAP_FORMAT, PICTURE_FORMAT, Step};
+
+use crate::tables::SceneFeatures;
+use bindings::{layout, storage, table, texture, uniform, written};
+use confined::{ConfinedPipelines, LISTS, MIRRORS};
+use kept::Kept;
+use lookups::{FIELDS, LAYERS};
+use making::{Draws, draws, pipeline_layout, shader_module};
+use rough::RoughPipelines;
+use sums::SumPipelines;
+use tiles::TilePipelines;
+use virtual_mesh::VirtualPipelines;
+use wgpu::{ShaderStages, TextureFormat, TextureSampleType};
+
 /// The numbers of samples a pixel that devices draw at once.
 pub(crate) const SAMPLE_COUNTS: [u32; 2] = [1, 4];
 
@@ -125,8 +138,7 @@ impl Pipelines {
         let picture = layout(device, "picture", shades, &of_picture);
         let tiles = TilePipelines::new(device, &scene, &hierarchy);
         let rough = RoughPipelines::new(device, &scene, &hierarchy);
-        let [mirrors, lists] =
-            [mirrors::KIND, lists::KIND].map(|kind| ConfinedPipelines::new(device, kind, &scene, &order));
+        let [mirrors, lists] = [MIRRORS, LISTS].map(|kind| ConfinedPipelines::new(device, kind, &scene, &order));
         let virtual_mesh = VirtualPipelines::new(device, &scene);
         let module = |path: &str| shader_module(device, path);
         let colors = layout(device, "colours", ShaderStages::FRAGMENT, &[numbers(0), (1, uniform(false))]);
@@ -146,9 +158,9 @@ impl Pipelines {
         });
         let of_maps = [table(0), numbers(1)];
         let maps = layout(device, "maps", shades, &of_maps);
-        let of_fields: Vec<_> = of_maps.into_iter().chain(fields::BINDINGS).collect();
+        let of_fields: Vec<_> = of_maps.into_iter().chain(FIELDS).collect();
         let fields = layout(device, "light fields", shades, &of_fields);
-        let layers = layout(device, "layers", shades, &layers::BINDINGS);
+        let layers = layout(device, "layers", shades, &LAYERS);
         let shading = [
             pipeline_layout(device, &[&scene, &hierarchy, &picture]),
             pipeline_layout(device, &[&scene, &hierarchy, &picture, &maps]),
@@ -235,119 +247,4 @@ impl Pipelines {
             })
         })
     }
-}
-
-/// A table, as it is read.
-pub(crate) const fn table(binding: u32) -> (u32, BindingType) {
-    texture(binding, TextureSampleType::Uint, false)
-}
-
-/// The colours, as they are written.
-pub(crate) fn written(binding: u32) -> (u32, BindingType) {
-    let access = wgpu::StorageTextureAccess::WriteOnly;
-    (binding, BindingType::StorageTexture { access, format: COLOR_FORMAT, view_dimension: TextureViewDimension::D2 })
-}
-
-/// A record.
-pub(crate) const fn uniform(has_dynamic_offset: bool) -> BindingType {
-    BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset, min_binding_size: None }
-}
-
-pub(crate) const fn storage(binding: u32) -> (u32, BindingType) {
-    buffer(binding, true)
-}
-
-/// A storage buffer that is written, too.
-pub(crate) fn written_storage(binding: u32) -> (u32, BindingType) {
-    buffer(binding, false)
-}
-
-const fn buffer(binding: u32, read_only: bool) -> (u32, BindingType) {
-    let ty = BufferBindingType::Storage { read_only };
-    (binding, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None })
-}
-
-pub(crate) const fn texture(binding: u32, sample_type: TextureSampleType, multisampled: bool) -> (u32, BindingType) {
-    (binding, BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled })
-}
-
-/// Several pictures of one size.
-pub(crate) const fn array_texture(binding: u32, sample_type: TextureSampleType) -> (u32, BindingType) {
-    let view_dimension = TextureViewDimension::D2Array;
-    (binding, BindingType::Texture { sample_type, view_dimension, multisampled: false })
-}
-
-/// A shader with all that it includes.
-pub(crate) fn shader_module(device: &wgpu::Device, path: &str) -> wgpu::ShaderModule {
-    let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
-    device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
-}
-
-pub(crate) fn layout(
-    device: &wgpu::Device,
-    label: &str,
-    visibility: ShaderStages,
-    bindings: &[(u32, BindingType)],
-) -> wgpu::BindGroupLayout {
-    let entry =
-        |&(binding, ty): &(u32, BindingType)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let entries: Vec<_> = bindings.iter().map(entry).collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
-}
-
-pub(crate) fn pipeline_layout(device: &wgpu::Device, groups: &[&wgpu::BindGroupLayout]) -> wgpu::PipelineLayout {
-    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
-    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: None,
-        bind_group_layouts: &groups,
-        immediate_size: 0,
-    })
-}
-
-/// How triangles' numbers are drawn. Depth is reversed: 1 at the near plane, 0 infinitely far away.
-pub(crate) struct Draws<'a> {
-    pub(crate) module: &'a wgpu::ShaderModule,
-    pub(crate) layout: &'a wgpu::PipelineLayout,
-    pub(crate) vertex: &'a str,
-    /// What corners are read from, if not from the scene.
-    pub(crate) corners: Option<&'a wgpu::VertexBufferLayout<'a>>,
-    pub(crate) fragment: &'a str,
-    pub(crate) format: TextureFormat,
-    pub(crate) samples: u32,
-    /// The nearest is drawn, not the last.
-    pub(crate) has_depth: bool,
-    pub(crate) constants: &'a [(&'a str, f64)],
-}
-
-pub(crate) fn draws(device: &wgpu::Device, how: &Draws<'_>) -> wgpu::RenderPipeline {
-    let Draws { module, layout, vertex, corners, fragment, format, samples, has_depth, constants } = *how;
-    let buffers: Vec<_> = corners.into_iter().cloned().map(Some).collect();
-    let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(fragment),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(vertex),
-            compilation_options: compilation_options.clone(),
-            buffers: &buffers,
-        },
-        primitive: Default::default(),
-        depth_stencil: has_depth.then(|| wgpu::DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment),
-            compilation_options,
-            targets: &[Some(format.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }
