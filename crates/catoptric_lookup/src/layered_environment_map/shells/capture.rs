@@ -1,15 +1,15 @@
 //! Layers as they are seen from the middle of their shells: textures that are projected, not inferred, and how far
 //! away what they show is.
 
-use super::depths::Depth;
-use super::distances::Distances;
-use super::maps::Layer;
-use super::texels::TexelLayout;
-use super::texture::LayerTexture;
+use super::distant_geometry::LayerSpecs;
+use super::layers::LayerSpec;
 use crate::layered_environment_map::settings::LayeredEnvironmentMapSettings;
-use crate::layered_environment_map::shells::distant_geometry::LayerSpecs;
-use crate::layered_environment_map::shells::layers::LayerSpec;
-use crate::layered_environment_map::shells::shell::Shell;
+use crate::layered_environment_map::shell::Shell;
+use crate::layered_environment_map::texels::TexelLayout;
+use crate::layered_environment_map::textures::depths::Depth;
+use crate::layered_environment_map::textures::distances::Distances;
+use crate::layered_environment_map::textures::maps::Layer;
+use crate::layered_environment_map::textures::texture::LayerTexture;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress, Stage};
 use catoptric_core::scene::{Ray, RayDifferential};

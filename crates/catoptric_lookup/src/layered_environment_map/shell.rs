@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
 use crate::layered_environment_map::settings::Shells;
-use crate::layered_environment_map::textures::texels::{Footprints, TexelLayout};
+use crate::layered_environment_map::texels::{Footprints, TexelLayout};
 use catoptric_core::math::Aabb;
 use catoptric_core::math::lanes::{Lanes, Vec3Lanes};
 use catoptric_core::scene::{Ray, RayDifferential};

@@ -5,7 +5,6 @@
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
-use crate::layered_environment_map::inference::least_squares::Equations;
 use catoptric_core::math::lanes::{Lanes, Vec3Lanes, whole};
 use catoptric_engine::light::cube_map::{Located, ProbeRows, direction_of, locate, texels_across};
 use glam::{Vec2, Vec3, Vec4};
@@ -325,25 +324,20 @@ impl TexelLayout {
         Some(self.levels[level] + (face as u32 * side + place.y as u32) * side + place.x as u32)
     }
 
-    /// Appends equations that say that the texels of coarser levels are the means of those that they cover.
-    pub(crate) fn couple(&self, confidence: f32, equations: &mut Equations) {
-        for level in 1..self.levels.len() {
-            let side = self.size >> level;
-            for index in 0..self.faces * side * side {
-                equations.push(confidence, Vec4::ZERO, |tap| {
-                    tap(self.levels[level] + index, 1.0);
-                    self.covered(level, index).into_iter().for_each(|finer| tap(finer, -0.25));
-                });
-            }
-        }
-    }
-
     /// The texels of the finest level about one of them.
     pub(crate) fn beside(&self, texel: u32) -> impl Iterator<Item = u32> {
         let (face, index) = (texel / (self.size * self.size), texel % (self.size * self.size));
         let (x, y) = ((index % self.size) as i32, (index / self.size) as i32);
         let others = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).filter(|other| *other != (0, 0));
         others.filter_map(move |(dx, dy)| self.texel(0, face, x + dx, y + dy))
+    }
+
+    /// The texels of coarser levels, each with the four of the next finer level that it covers.
+    pub(crate) fn coarser(&self) -> impl Iterator<Item = (u32, [u32; 4])> {
+        (1..self.levels.len()).flat_map(move |level| {
+            let side = self.size >> level;
+            (0..self.faces * side * side).map(move |index| (self.levels[level] + index, self.covered(level, index)))
+        })
     }
 
     /// The texels of the next finer level that a texel of a level covers.
