@@ -10,6 +10,7 @@ pub mod path_perturbation;
 pub mod planar_mirror;
 pub mod reflector_search;
 pub mod sample_based_camera;
+mod virtual_object_method;
 
 /// For the tests of single parts alone: no promise is made of it.
 #[doc(hidden)]
@@ -33,7 +34,7 @@ pub mod parts {
     pub use crate::explosion_map::profile::SegmentBlock;
     pub use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
     pub use crate::find::tetrahedron_form::{FormBlock, FormWeights, PlaceAndLength, TetrahedronForm};
-    pub use crate::find::virtual_objects::facets::normal_errors;
+    pub use crate::find::virtual_objects::mesh::facets::normal_errors;
     pub use crate::find::virtual_objects::path_tree::{PathLimits, PathTree};
     pub use crate::find::virtual_objects::rays::{focal_points, seen_through};
     pub use crate::find::virtual_objects::{

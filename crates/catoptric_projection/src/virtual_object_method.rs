@@ -1,14 +1,12 @@
 //! The life cycle of methods of virtual objects: one implementation for all of them.
 
-use super::descent::Recursion;
-use super::mesh::ReflectorMesh;
-use super::path_tree::{Locator, PathLimits, PathTree, Reflector};
-use super::project::{Options, VirtualObjects};
 use crate::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
 use crate::draw::virtual_mesh::MeshQuality;
 use crate::draw::work_limit::{BeyondWork, WorkLimit};
 use crate::find::lens_check::{COARSE_TOLERANCE_PX, TOLERANCE_PX, has_lens, wrong_in_lenses};
 use crate::find::ray_map::{Specular, eye_of};
+use crate::find::virtual_objects::{Locator, Options, PathLimits, PathTree, Recursion, Reflector};
+use crate::find::virtual_objects::{ReflectorMesh, VirtualObjects};
 use catoptric_core::parallel;
 use catoptric_core::scene::{PreciseView, Scene, View};
 use catoptric_engine::error::RenderError;

@@ -1,8 +1,8 @@
 //! Linear extrusions: reflectors whose surface runs along one axis, so that their profile determines all (Ofek,
 //! Rappoport 1998).
 
-use super::mesh::ReflectorMesh;
-use super::piece::weights_of;
+use crate::find::virtual_objects::piece::weights_of;
+use catoptric_core::surface::mesh::convexity::MeshShape;
 use glam::{Vec2, Vec3};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -52,13 +52,14 @@ pub(crate) struct ProfileSegment {
 }
 
 impl Extrusion {
-    /// The profile of a mesh; returns `None` if it is no extrusion, or flat, or its profile is too long.
-    pub(super) fn new(mesh: &ReflectorMesh) -> Option<Self> {
+    /// The profile of a mesh in a ball (its centre and radius); returns `None` if it is no extrusion, or flat, or its
+    /// profile is too long.
+    pub(super) fn new(mesh: MeshShape<'_>, ball: (Vec3, f32)) -> Option<Self> {
         let axis = axis_of(mesh)?;
         let (right, down) = axis.any_orthonormal_pair();
         let mut extrusion =
             Self { axis, across: [right, down], segments: Vec::new(), triangles: Vec::new(), tallest: 0.0 };
-        let corners = ProfileVertices::new(mesh, &extrusion);
+        let corners = ProfileVertices::new(mesh, ball, &extrusion);
         let mut above: BTreeMap<[u32; 2], Above> = BTreeMap::new();
         for (index, triangle) in mesh.triangles.iter().enumerate() {
             let Some(sides) = corners.sides(triangle) else { continue };
@@ -107,7 +108,7 @@ impl Extrusion {
     /// The triangle of a segment at a place of the profile and a height, or the one next to it, and the weights there.
     pub(crate) fn triangle_at(
         &self,
-        mesh: &ReflectorMesh,
+        mesh: MeshShape<'_>,
         segment: &ProfileSegment,
         place: Vec2,
         height: f32,
@@ -141,7 +142,7 @@ struct Above {
 }
 
 /// The axis that all normals and faces are across; returns `None` if there is none or more than one.
-fn axis_of(mesh: &ReflectorMesh) -> Option<Vec3> {
+fn axis_of(mesh: MeshShape<'_>) -> Option<Vec3> {
     let first = *mesh.normals.first()?;
     let turned = mesh.normals.iter().map(|normal| first.cross(*normal));
     let most = turned.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
@@ -165,15 +166,15 @@ struct ProfileVertices {
 }
 
 impl ProfileVertices {
-    fn new(mesh: &ReflectorMesh, extrusion: &Extrusion) -> Self {
+    fn new(mesh: MeshShape<'_>, (center, radius): (Vec3, f32), extrusion: &Extrusion) -> Self {
         // No less than the rounding of positions.
-        let same = SAME * mesh.radius + ROUNDING * mesh.center.length();
+        let same = SAME * radius + ROUNDING * center.length();
         let mut corners = Self { places: Vec::new(), place_of: Vec::with_capacity(mesh.positions.len()), same };
         // Squares of the plane with the places in them: a place next to a border is looked for beyond it, too.
         let mut squares: HashMap<[i64; 2], Vec<u32>> = HashMap::new();
         let square =
             |place: Vec2| [place.x, place.y].map(|at| (f64::from(at) / (4.0 * f64::from(same))).floor() as i64);
-        for position in &mesh.positions {
+        for position in mesh.positions {
             let place = extrusion.flattened(*position);
             let [x, y] = square(place);
             let near = |number: &u32| corners.places[*number as usize].distance(place) <= same;

@@ -1,13 +1,17 @@
 //! Reflectors as meshes of vertices with normals: what virtual objects are made with, formulas and meshes alike.
 
-use super::extrusion::Extrusion;
-use super::facets::normal_errors;
+mod extrusion;
+pub(crate) mod facets;
+
+pub(crate) use extrusion::Extrusion;
+
 use super::piece::CORNERS;
 use catoptric_core::scene::{Role, Scene};
 use catoptric_core::surface::mesh::adjacency::{NO_NEIGHBOUR, neighbours};
 use catoptric_core::surface::mesh::convexity::MeshShape;
 use catoptric_core::surface::mesh::weld::WeldedVertices;
 use catoptric_engine::optics::path::manifold::{ManifoldVertex, welded_vertices};
+use facets::normal_errors;
 use glam::{DVec3, Vec2, Vec3};
 use rustc_hash::FxHashSet;
 use std::collections::{HashMap, HashSet};
@@ -130,10 +134,10 @@ impl ReflectorMesh {
         };
         mesh.halve_edges(longest_edge * radius);
         mesh.neighbours = neighbours(&mesh.triangles, |vertex| vertex);
-        mesh.normal_errors = normal_errors(&mesh);
+        mesh.normal_errors = normal_errors(mesh.shape());
         mesh.closed = mesh.shape().is_closed();
         mesh.inside_out = scene.role_of(index) == Role::Reflector && mesh.shape().is_inside_out();
-        mesh.extrusion = Extrusion::new(&mesh);
+        mesh.extrusion = Extrusion::new(mesh.shape(), (mesh.center, mesh.radius));
         (mesh.pieces, mesh.piece_count) = mesh.divided_at_creases();
         mesh.convex = mesh.shape().is_convex();
         mesh
@@ -158,7 +162,7 @@ impl ReflectorMesh {
         let mut finer = Self { extrusion: None, ..self.clone() };
         finer.halve_once(|_, edge| edges.contains(&edge));
         finer.neighbours = neighbours(&finer.triangles, |vertex| vertex);
-        finer.normal_errors = normal_errors(&finer);
+        finer.normal_errors = normal_errors(finer.shape());
         (finer.pieces, finer.piece_count) = finer.divided_at_creases();
         finer
     }
@@ -250,7 +254,8 @@ impl ReflectorMesh {
         self.triangles.iter().copied().enumerate().filter(move |(_, triangle)| distinct(*triangle))
     }
 
-    fn shape(&self) -> MeshShape<'_> {
+    /// The mesh alone.
+    pub fn shape(&self) -> MeshShape<'_> {
         let Self { positions, normals, triangles, neighbours, .. } = self;
         MeshShape { positions, normals, triangles, neighbours }
     }
