@@ -1,11 +1,14 @@
 //! Triangles to pieces as they are seen from the middle of where the eye may be: those whose corners appear as
 //! polynomials are drawn from there on; the others are what is left to divide from every eye.
 
-use super::division::{Division, is_thin};
-use super::missed_boundaries::{PointKey, key};
-use super::shapes::{PieceQueue, TrianglePiece};
-use super::{COMPARISONS_A_UNIT, EdgeRule, MAX_DEPTH};
-use crate::draw::virtual_mesh::steady::{KnownPoints, Steadiness, SteadySearch};
+use super::meshes::KnownPoints;
+use super::search::SteadySearch;
+use super::source::Steadiness;
+use crate::draw::virtual_mesh::divider::{
+    COMPARISONS_A_UNIT, Division, MAX_DEPTH, PieceQueue, PointKey, TrianglePiece,
+};
+use crate::draw::virtual_mesh::divider::{is_thin, key};
+use crate::draw::virtual_mesh::edge::EdgeRule;
 use crate::find::node_sightings::NodeSightings;
 use crate::find::tetrahedron_form::TetrahedronForm;
 use crate::find::work::{self, ShareOfWork};
@@ -21,17 +24,17 @@ use std::ops::Range;
 const COARSE_PX: f32 = 64.0;
 
 /// How a point appears wherever the eye is, in place of a row of polynomials.
-pub(in super::super) const UNSTEADY: u32 = u32::MAX;
-pub(in super::super) const NOWHERE: u32 = u32::MAX - 1;
+pub(super) const UNSTEADY: u32 = u32::MAX;
+pub(super) const NOWHERE: u32 = u32::MAX - 1;
 
 /// A corner of a piece.
 #[derive(Clone, Copy, Debug)]
-pub(in super::super) struct SteadyCorner {
-    pub(in super::super) position: Vec3,
+pub(super) struct SteadyCorner {
+    pub(super) position: Vec3,
     /// Weights of the source's second and third vertex.
-    pub(in super::super) weights: Vec2,
+    pub(super) weights: Vec2,
     /// Its polynomial, or one of the constants above.
-    pub(in super::super) row: u32,
+    pub(super) row: u32,
     /// Range of its appearances from the middle among the divider's.
     first: u32,
     count: u32,
@@ -39,14 +42,14 @@ pub(in super::super) struct SteadyCorner {
 
 /// Polynomials, and how points appear from the middle.
 #[derive(Default)]
-pub(in super::super) struct SteadyPoints {
-    pub(in super::super) forms: Vec<TetrahedronForm>,
-    pub(in super::super) appearances: Vec<Projection>,
+pub(super) struct SteadyPoints {
+    pub(super) forms: Vec<TetrahedronForm>,
+    pub(super) appearances: Vec<Projection>,
 }
 
 impl SteadyPoints {
     /// Adds a point; returns its row, and the range of its appearances.
-    pub(in super::super) fn add(&mut self, found: Steadiness) -> (u32, Range<u32>) {
+    pub(super) fn add(&mut self, found: Steadiness) -> (u32, Range<u32>) {
         let first = self.appearances.len() as u32;
         let row = match found {
             Steadiness::Shown(form, mean) => {
@@ -65,13 +68,13 @@ impl SteadyPoints {
 }
 
 /// A piece with the number of its triangle.
-pub(in super::super) struct SteadyPiece {
-    pub(in super::super) triangle: u32,
-    pub(in super::super) corners: [SteadyCorner; 3],
+pub(super) struct SteadyPiece {
+    pub(super) triangle: u32,
+    pub(super) corners: [SteadyCorner; 3],
 }
 
 /// Divides triangles of one object on one path.
-pub(in super::super) struct SteadyDivider<'a> {
+pub(super) struct SteadyDivider<'a> {
     search: SteadySearch<'a>,
     rule: &'a EdgeRule,
     /// Its share of the work of all dividers.
@@ -91,22 +94,17 @@ pub(in super::super) struct SteadyDivider<'a> {
 }
 
 /// What comes of some triangles.
-pub(in super::super) struct SteadyPieces {
+pub(super) struct SteadyPieces {
     /// The polynomials behind those that were there before.
-    pub(in super::super) forms: Vec<TetrahedronForm>,
-    pub(in super::super) drawn: Vec<SteadyPiece>,
-    pub(in super::super) left: Vec<SteadyPiece>,
+    pub(super) forms: Vec<TetrahedronForm>,
+    pub(super) drawn: Vec<SteadyPiece>,
+    pub(super) left: Vec<SteadyPiece>,
     /// The points of the latter that appear once.
-    pub(in super::super) known: KnownPoints,
+    pub(super) known: KnownPoints,
 }
 
 impl<'a> SteadyDivider<'a> {
-    pub(in super::super) fn new(
-        search: SteadySearch<'a>,
-        rule: &'a EdgeRule,
-        work: ShareOfWork<'a>,
-        rows_before: u32,
-    ) -> Self {
+    pub(super) fn new(search: SteadySearch<'a>, rule: &'a EdgeRule, work: ShareOfWork<'a>, rows_before: u32) -> Self {
         Self {
             search,
             rule,
@@ -124,7 +122,7 @@ impl<'a> SteadyDivider<'a> {
     }
 
     /// Divides a triangle, given by its corners with their rows and appearances.
-    pub(in super::super) fn triangle(&mut self, triangle: u32, corners: [(Vec3, u32, &[Projection]); 3]) {
+    pub(super) fn triangle(&mut self, triangle: u32, corners: [(Vec3, u32, &[Projection]); 3]) {
         self.triangle = triangle;
         let weights = [Vec2::ZERO, Vec2::X, Vec2::Y];
         let corners @ [a, b, c] = [0, 1, 2].map(|k: usize| {
@@ -137,7 +135,7 @@ impl<'a> SteadyDivider<'a> {
         self.divide_all(TrianglePiece { corners, split_priority, depth: 0 });
     }
 
-    pub(in super::super) fn finish(self) -> SteadyPieces {
+    pub(super) fn finish(self) -> SteadyPieces {
         let Self { points, drawn, left, known, .. } = self;
         SteadyPieces { forms: points.forms, drawn, left, known }
     }

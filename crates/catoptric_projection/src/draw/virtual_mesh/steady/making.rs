@@ -1,122 +1,48 @@
-//! What is steady of objects, kept while the eye stays among its nodes.
+//! The making of what is steady of an object.
 
-use super::super::divider::{NOWHERE, SteadyCorner, SteadyDivider, SteadyPiece, SteadyPieces, SteadyPoints};
-use super::super::edge::EdgeRule;
-use super::super::{PictureScale, VirtualObject, WeldedObject, triangles_at_once};
-use super::search::{KnownPoints, SteadySearch};
-use super::{SteadyPath, SteadySource};
-use crate::find::node_sightings::NodeSightings;
-use crate::find::tetrahedron_form::{FormBlock, FormWeights, LANES, TetrahedronForm};
+use super::from_middle::{NOWHERE, SteadyCorner, SteadyDivider, SteadyPiece, SteadyPieces, SteadyPoints};
+use super::meshes::{KnownMesh, LeftPieces, MadeOf, SteadyMesh};
+use super::search::SteadySearch;
+use super::source::{SteadyPath, SteadySource};
+use crate::draw::virtual_mesh::edge::EdgeRule;
+use crate::draw::virtual_mesh::object::VirtualObject;
+use crate::draw::virtual_mesh::portions::triangles_at_once;
+use crate::find::tetrahedron_form::{FormBlock, LANES, TetrahedronForm};
 use crate::find::work::SharedWork;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};
-use catoptric_core::scene::{PicturePoint, PreciseView};
 use catoptric_engine::method::projector::Projection;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 
 /// Points that a thread takes at once. A size for threads; chosen, not measured.
 const POINTS_AT_ONCE: usize = 256;
 
-/// Blocks of polynomials that a thread evaluates at once. A size for threads; chosen, not measured.
-const BLOCKS_AT_ONCE: usize = 512;
-
-/// Meshes by the path and the object.
-#[derive(Default)]
-pub struct SteadyMeshes {
-    meshes: Mutex<HashMap<(u32, u32), KnownMesh>>,
-}
-
-impl SteadyMeshes {
-    /// The bytes of all meshes.
-    pub(crate) fn byte_count(&self) -> u64 {
-        self.locked().values().filter_map(|known| known.mesh.as_ref()).map(|mesh| mesh.byte_count()).sum()
-    }
-
-    /// What is steady of an object, with the work of making it, if that is no more than is allowed.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
-    pub(super) fn get(
-        &self,
-        source: (&dyn SteadySource, &SteadyPath<'_>),
-        object: &VirtualObject,
-        rule: EdgeRule,
-        allowed: u64,
-        stage: &Stage<'_>,
-    ) -> Result<Option<(Arc<SteadyMesh>, u64)>, Cancelled> {
-        let made_of = MadeOf { welded: object.welded.clone(), rule };
-        let key = (source.1.kept_path, object.object);
-        let known = self.locked().get(&key).filter(|known| known.made_of.is_same(&made_of)).cloned();
-        let KnownMesh { mesh, work, .. } = match known.filter(|known| known.tells(allowed)) {
-            Some(known) => known,
-            None => {
-                let made = made(source, made_of, allowed, stage)?;
-                self.locked().insert(key, made.clone());
-                made
-            }
-        };
-        Ok(mesh.filter(|_| work <= allowed).map(|mesh| (mesh, work)))
-    }
-
-    fn locked(&self) -> MutexGuard<'_, HashMap<(u32, u32), KnownMesh>> {
-        self.meshes.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// What a mesh depends on, beside the nodes.
-struct MadeOf {
-    welded: Arc<WeldedObject>,
+/// What is steady of an object, with the work of making it, if that is no more than is allowed.
+///
+/// # Errors
+/// [`Cancelled`].
+pub(super) fn steady_mesh(
+    source: (&dyn SteadySource, &SteadyPath<'_>),
+    object: &VirtualObject,
     rule: EdgeRule,
-}
-
-impl MadeOf {
-    fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.welded, &other.welded) && self.rule == other.rule
-    }
-}
-
-/// What is known of an object on a path.
-#[derive(Clone)]
-struct KnownMesh {
-    made_of: Arc<MadeOf>,
-    /// `None` if that takes more work than `work`.
-    mesh: Option<Arc<SteadyMesh>>,
-    work: u64,
-}
-
-impl KnownMesh {
-    /// True if it is known whether so much work is enough.
-    fn tells(&self, allowed: u64) -> bool {
-        self.mesh.is_some() || allowed <= self.work
-    }
-}
-
-/// What is steady of an object on a path.
-#[derive(Default)]
-pub(super) struct SteadyMesh {
-    /// Polynomials, and how many of them are points.
-    blocks: Vec<FormBlock>,
-    count: usize,
-    /// The triangles of pieces that are drawn, and their corners' polynomials and weights.
-    pub(super) sources: Vec<u32>,
-    pub(super) rows: Vec<[u32; 3]>,
-    pub(super) weights: Vec<[Vec2; 3]>,
-    pub(super) left: LeftPieces,
-}
-
-/// Pieces that are looked at from every eye anew.
-#[derive(Default)]
-pub(super) struct LeftPieces {
-    pub(super) welded: WeldedObject,
-    /// For each the triangle that it is of, and the weights of its corners there.
-    pub(super) sources: Vec<(u32, [Vec2; 3])>,
-    /// Which of its edges are not divided further.
-    pub(super) is_fixed: Vec<[bool; 3]>,
-    /// Those of its points that are steady.
-    pub(super) known: KnownPoints,
+    allowed: u64,
+    stage: &Stage<'_>,
+) -> Result<Option<(Arc<SteadyMesh>, u64)>, Cancelled> {
+    let made_of = MadeOf { welded: object.welded.clone(), rule };
+    let (meshes, key) = (source.1.meshes, (source.1.kept_path, object.object));
+    let known = meshes.locked().get(&key).filter(|known| known.made_of.is_same(&made_of)).cloned();
+    let KnownMesh { mesh, work, .. } = match known.filter(|known| known.tells(allowed)) {
+        Some(known) => known,
+        None => {
+            let made = made(source, made_of, allowed, stage)?;
+            meshes.locked().insert(key, made.clone());
+            made
+        }
+    };
+    Ok(mesh.filter(|_| work <= allowed).map(|mesh| (mesh, work)))
 }
 
 /// An object's points with how they appear.
@@ -215,15 +141,6 @@ impl SteadyMesh {
         mesh
     }
 
-    fn byte_count(&self) -> u64 {
-        let LeftPieces { welded, sources, is_fixed, known } = &self.left;
-        let drawn = size_of_val(&*self.sources) + size_of_val(&*self.rows) + size_of_val(&*self.weights);
-        let left = size_of_val(&**sources) + size_of_val(&**is_fixed);
-        let welded = size_of_val(&*welded.points) + size_of_val(&*welded.triangles);
-        let known = known.len() * size_of::<([u32; 3], NodeSightings)>();
-        (size_of_val(&*self.blocks) + drawn + left + welded + known) as u64
-    }
-
     /// Adds pieces; the rows of their own polynomials begin with `first`, and `numbers` are those of the points that
     /// pieces that are left have so far.
     fn add(
@@ -251,38 +168,6 @@ impl SteadyMesh {
                     welded.points.len() as u32 - 1
                 })
             }));
-        }
-    }
-
-    /// Where the points are in the eye's picture; not a number behind it.
-    pub(super) fn places(&self, at: &SteadyPath<'_>, stage: &Stage<'_>) -> Result<Vec<PicturePoint>, Cancelled> {
-        let mut places = vec![PicturePoint::default(); LANES * self.blocks.len()];
-        let mut chunks: Vec<&mut [PicturePoint]> = places.chunks_mut(LANES * BLOCKS_AT_ONCE).collect();
-        parallel::for_each_mut_within(stage, &mut chunks, |chunk, places| {
-            let blocks = &self.blocks[chunk * BLOCKS_AT_ONCE..];
-            evaluate(blocks, &at.weights, (&at.view, &at.scale), places);
-        })?;
-        places.truncate(self.count);
-        Ok(places)
-    }
-}
-
-/// The places of the points of as many blocks as there is room for.
-#[multiversion::multiversion(targets(
-    "x86_64+avx2+avx512f+avx512bw+avx512cd+avx512dq+avx512vl+bmi1+bmi2+popcnt+lzcnt",
-    "x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"
-))]
-fn evaluate(
-    blocks: &[FormBlock],
-    weights: &FormWeights,
-    (view, scale): (&PreciseView, &PictureScale),
-    places: &mut [PicturePoint],
-) {
-    for (block, places) in blocks.iter().zip(places.chunks_exact_mut(LANES)) {
-        let (found, lengths) = block.at(weights);
-        let [across, down] = view.places_of(&found);
-        if let Ok(places) = places.try_into() {
-            scale.points_at([&across, &down], &lengths, places);
         }
     }
 }
