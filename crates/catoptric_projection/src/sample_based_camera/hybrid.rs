@@ -1,7 +1,7 @@
 //! Reflectors that do not deserve cameras: the user's rule which of them show environment maps (Popescu, Sacks, Mei
 //! 2006, section VII-C and Figure 21).
 
-use super::rays::grid::extent;
+use super::rays::extent::extent;
 use super::settings::SampleBasedCameraSettings;
 use crate::draw::MapsInView;
 use crate::draw::prepared::Stages;

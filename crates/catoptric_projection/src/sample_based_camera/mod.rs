@@ -40,7 +40,9 @@ use catoptric_engine::method::{About, Family, MethodInfo, Quality, Report, Setti
 use catoptric_engine::raster::BlockMask;
 use morph::{Morphing, NodesWork};
 use project::CameraProjector;
-use rays::grid::{DensePathRays, RayGrid, RaySampler};
+use rays::grid::RayGrid;
+use rays::path_rays::DensePathRays;
+use rays::sampler::RaySampler;
 use std::collections::HashSet;
 use std::sync::Arc;
 

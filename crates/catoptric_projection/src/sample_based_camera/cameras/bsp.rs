@@ -8,7 +8,7 @@ use super::{CameraAnswer, CameraBuilder, CameraScratch, Counts, LeafNumber};
 use super::{MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use crate::find::ray_map::{BeamTree, Reach};
 use crate::sample_based_camera::layout::{BundleLeaf, PinholeLeaf, SplitNode, WordReader, WordWriter};
-use crate::sample_based_camera::rays::grid::GridRay;
+use crate::sample_based_camera::rays::grid_ray::GridRay;
 use catoptric_core::parallel;
 use glam::{DVec3, Vec3};
 use std::collections::BTreeSet;

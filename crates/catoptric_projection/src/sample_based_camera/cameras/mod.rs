@@ -9,7 +9,9 @@ mod fit;
 mod pinhole;
 
 use super::layout::{BundleLeaf, WordReader, WordWriter};
-use super::rays::grid::{DensePathRays, GridRay, RaySampler};
+use super::rays::grid_ray::GridRay;
+use super::rays::path_rays::DensePathRays;
+use super::rays::sampler::RaySampler;
 use super::settings::CameraKind;
 use crate::find::work;
 use bsp::PinholeTrees;

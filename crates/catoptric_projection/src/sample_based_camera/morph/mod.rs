@@ -19,7 +19,7 @@ pub use grid::nodes_around;
 
 use super::hybrid::MappedReflectors;
 use super::panorama::{PanoramaSettings, PanoramicMirrors};
-use super::rays::grid::extent;
+use super::rays::extent::extent;
 use super::settings::{Ambiguous, Blend, SampleBasedCameraSettings};
 use super::{INFO, SampleBasedCamera, ViewCameras, margin_px};
 use crate::draw::MapsInView;

@@ -7,7 +7,9 @@ mod stored;
 pub use project::{PanoramicProjection, PanoramicProjector};
 
 use super::cameras::{CameraDemand, Cameras};
-use super::rays::grid::{DensePathRays, RayGrid, RaySampler};
+use super::rays::grid::RayGrid;
+use super::rays::path_rays::DensePathRays;
+use super::rays::sampler::RaySampler;
 use super::settings::{CameraKind, SampleBasedCameraSettings};
 use super::{INFO, MARGIN_CELLS, describe};
 use crate::find::ray_map::{Specular, ViewField};
