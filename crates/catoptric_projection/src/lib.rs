@@ -48,14 +48,16 @@ pub mod parts {
     pub use crate::reflector_search::locator::ReflectorSearch;
     pub use crate::sample_based_camera::layout::words::{WordReader, WordWriter};
     pub use crate::sample_based_camera::morph::bake::NodeTable;
-    pub use crate::sample_based_camera::morph::cache::{AroundEye, PointCache};
-    pub use crate::sample_based_camera::morph::grid::{NodeGrid, Tetrahedron, node_counts};
-    pub use crate::sample_based_camera::morph::nodes::NodeKey;
+    pub use crate::sample_based_camera::morph::grid::{NodeGrid, Tetrahedron};
+    pub use crate::sample_based_camera::morph::node_key::NodeKey;
     pub use crate::sample_based_camera::morph::places::may_hide;
-    pub use crate::sample_based_camera::morph::sightings::Sightings;
-    pub use crate::sample_based_camera::morph::steady::between::half_way;
-    pub use crate::sample_based_camera::morph::steady::field::SightingField;
+    pub use crate::sample_based_camera::morph::sightings::around_eye::AroundEye;
+    pub use crate::sample_based_camera::morph::sightings::between::half_way;
+    pub use crate::sample_based_camera::morph::sightings::cache::PointCache;
+    pub use crate::sample_based_camera::morph::sightings::field::SightingField;
+    pub use crate::sample_based_camera::morph::sightings::lookout::Sightings;
     pub use crate::sample_based_camera::rays::primary_visibility::{PrimaryVisibility, VisibilityRow, polygon};
+    pub use crate::sample_based_camera::settings::node_counts;
 
     /// Faces of a cube of pictures about a point.
     pub mod cube {

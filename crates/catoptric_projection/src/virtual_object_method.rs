@@ -71,7 +71,9 @@ impl<M: VirtualObjectMethod> MeshProjection for M {
     type ViewData = PathTree<M::Locator>;
     type Projector<'a> = VirtualObjects<'a, M::Locator>;
 
-    const INFO: &'static MethodInfo = <M as VirtualObjectMethod>::INFO;
+    fn info(&self) -> &'static MethodInfo {
+        M::INFO
+    }
 
     fn mirrors(
         &self,

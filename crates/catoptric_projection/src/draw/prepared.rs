@@ -31,11 +31,11 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// The projector of one view.
     type Projector<'a>: VertexProjector + 'a;
 
-    /// The method.
-    const INFO: &'static MethodInfo;
-
     /// The overlays of its frames.
     const OVERLAYS: &'static [OverlayKind] = &[OverlayKind::Paths, OverlayKind::VirtualTriangles];
+
+    /// The method.
+    fn info(&self) -> &'static MethodInfo;
 
     /// Builds what depends on the mirrors; `old` is of the same mirrors and perhaps of another quality.
     ///
@@ -63,7 +63,7 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         _quality: Quality,
         bake: Arc<dyn Baked>,
     ) -> Result<(), RenderError> {
-        Self::INFO.refuse_bake(Some(bake))
+        self.info().refuse_bake(Some(bake))
     }
 
     /// True if data of the same view, mirrors and order is still right.
@@ -250,7 +250,7 @@ struct ProjectionFrame<'a, M: MeshProjection> {
 
 impl<M: MeshProjection> Method for ProjectionMethod<M> {
     fn info(&self) -> &'static MethodInfo {
-        M::INFO
+        self.0.info()
     }
 
     fn overlays(&self) -> &'static [OverlayKind] {
@@ -264,8 +264,8 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
-        if M::INFO.bake.is_none() {
-            M::INFO.refuse_bake(bake.clone())?;
+        if self.0.info().bake.is_none() {
+            self.0.info().refuse_bake(bake.clone())?;
         }
         let mut stages = Stages::new(progress);
         let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
@@ -472,7 +472,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         let maps = self.maps();
         if maps.whole.is_some() || maps.far.is_some() {
             let problem = "environment maps in place of projections are drawn on the CPU alone".into();
-            return Err(RenderError::Limit { method: M::INFO.id, problem });
+            return Err(RenderError::Limit { method: self.method.info().id, problem });
         }
         let (found, _) = self.geometry(progress)?;
         Ok(Some(path_lists(&self.job(progress), found)))

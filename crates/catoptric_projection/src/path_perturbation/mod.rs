@@ -95,7 +95,9 @@ impl MeshProjection for PathPerturbation {
     type ViewData = ViewRays;
     type Projector<'a> = Perturber<'a>;
 
-    const INFO: &'static MethodInfo = &INFO;
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
 
     fn mirrors(
         &self,

@@ -1,6 +1,6 @@
 //! Where the rays of the map are too few for a camera, rays between them are traced: as many as it takes.
 
-use super::CameraBuilder;
+use super::builder::CameraBuilder;
 use super::bundles::{Leaves, places_of};
 use super::fit::{Fit, FitSpan, FitTerms};
 use crate::sample_based_camera::rays::follow::FollowSteps;

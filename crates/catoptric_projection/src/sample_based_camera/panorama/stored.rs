@@ -1,6 +1,6 @@
 //! Panoramic cameras as bytes, for baked files: what answers need, and no more.
 
-use super::{PanoramaFace, PanoramaSettings, PanoramicCameras, group_of_path};
+use super::cameras::{PanoramaFace, PanoramaSettings, PanoramicCameras, group_of_path};
 use crate::sample_based_camera::cameras::Cameras;
 use crate::sample_based_camera::layout::{WordReader, WordWriter};
 use crate::sample_based_camera::panorama::cube::FACES;

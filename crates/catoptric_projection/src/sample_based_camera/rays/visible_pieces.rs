@@ -4,7 +4,7 @@ use super::grid::RayGrid;
 use super::path_rays::DensePathRays;
 use super::sampler::RaySampler;
 use crate::find::ray_map::{Specular, ViewField};
-use crate::sample_based_camera::{SampleBasedCameraSettings, margin_px};
+use crate::sample_based_camera::settings::{SampleBasedCameraSettings, margin_px};
 use catoptric_core::progress::{Cancelled, Progress};
 use catoptric_core::scene::{Scene, View};
 use catoptric_engine::light::path_tracer::NearPlane;

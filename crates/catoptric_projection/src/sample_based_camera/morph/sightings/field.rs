@@ -1,8 +1,8 @@
 //! Appearances of the points of dense objects, interpolated.
 
-use super::super::cache::AroundEye;
-use super::super::sightings::Sightings;
+use super::around_eye::AroundEye;
 use super::cubes::{Cube, CubeKey};
+use super::lookout::Sightings;
 use crate::draw::virtual_mesh::SteadyField;
 use crate::find::node_sightings::{MOST_NODES, NodeSightings};
 use crate::find::work::SharedWork;

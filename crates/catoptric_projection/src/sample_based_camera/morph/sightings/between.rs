@@ -3,7 +3,7 @@
 //! Along a straight line from one point to another the reflection point follows a cubic curve whose ends and tangents
 //! are known (Hermite).
 
-use super::super::walk::expected_move;
+use super::walk::expected_move;
 use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
 use glam::{Mat3, Vec3};
 

@@ -36,15 +36,15 @@ const SOLVED: f64 = 1e-12;
 
 /// How far a reflection point moves with the eye, by the derivatives at both ends of the eye's way: on one sheet each
 /// half of it moves the point as its end says, but for terms of third order.
-pub(super) fn expected_move([from, to]: [Mat3; 2], way: Vec3) -> Vec3 {
+pub(in super::super) fn expected_move([from, to]: [Mat3; 2], way: Vec3) -> Vec3 {
     (from + to) * (way * 0.5)
 }
 
 /// A reflection point and how it moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reflection {
-    pub(super) position: DVec3,
-    pub(super) normal: DVec3,
+pub(in super::super) struct Reflection {
+    pub(in super::super) position: DVec3,
+    pub(in super::super) normal: DVec3,
     /// A step of the scene point moves it by `moves[0] (by_point[0] . step) + moves[1] (by_point[1] . step)`.
     moves: [DVec3; 2],
     by_point: [DVec3; 2],
@@ -54,12 +54,12 @@ pub(super) struct Reflection {
 
 impl Reflection {
     /// Its change with the scene point.
-    pub(super) fn change_with_point(&self) -> Mat3 {
+    pub(in super::super) fn change_with_point(&self) -> Mat3 {
         self.change(&self.by_point)
     }
 
     /// Its change with the eye.
-    pub(super) fn change_with_eye(&self) -> Mat3 {
+    pub(in super::super) fn change_with_eye(&self) -> Mat3 {
         self.change(&self.by_eye)
     }
 
@@ -80,24 +80,24 @@ impl Reflection {
 type Site = (ManifoldVertex, ManifoldFrame);
 
 /// A mirror and what it shows.
-pub(super) struct Mirror<'a> {
-    pub(super) surfaces: &'a SpecularSurfaces<'a>,
-    pub(super) object: u32,
+pub(in super::super) struct Mirror<'a> {
+    pub(in super::super) surfaces: &'a SpecularSurfaces<'a>,
+    pub(in super::super) object: u32,
     /// The scene point.
-    pub(super) point: DVec3,
+    pub(in super::super) point: DVec3,
     /// The reflection point may move so far at a time.
-    pub(super) reach: f64,
+    pub(in super::super) reach: f64,
 }
 
 impl Mirror<'_> {
     /// The reflection as an eye sees it near a place; `None` if the method does not converge.
-    pub(super) fn seen(&self, eye: DVec3, near: &ManifoldVertex) -> Option<Reflection> {
+    pub(in super::super) fn seen(&self, eye: DVec3, near: &ManifoldVertex) -> Option<Reflection> {
         self.solved(eye, &self.surfaces.landed(self.object, near)?).map(|(_, found)| found)
     }
 
     /// The reflection as the eye sees it at the end of its way; `start` is near the one that it sees at the beginning.
     /// `None` if the method does not converge.
-    pub(super) fn walked(&self, start: &ManifoldVertex, way: [DVec3; 2]) -> Option<Reflection> {
+    pub(in super::super) fn walked(&self, start: &ManifoldVertex, way: [DVec3; 2]) -> Option<Reflection> {
         let start = self.solved(way[0], &self.surfaces.landed(self.object, start)?)?;
         let found = self.walked_in(FEW_STRIDES, start, way);
         let found = found.filter(|found| start.1.mismatch(found, way[1] - way[0]) <= SAME_SHEET);

@@ -5,9 +5,8 @@
 //! corners expect, each half-way on from where it is. What changes with the square of the way is right then, as it is
 //! between nodes.
 
-use super::super::sightings::Sightings;
 use super::between::error_between;
-use super::known_once;
+use super::lookout::{Sightings, known_once};
 use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
 use crate::find::work;
 use glam::{Mat3, Vec3};

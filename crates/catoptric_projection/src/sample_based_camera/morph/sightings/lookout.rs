@@ -1,11 +1,11 @@
 //! Appearances of a point at all nodes around the eye, sorted by what belongs together.
 
 use super::cache::PointCache;
-use super::places::Carried;
 use super::walk::{Mirror, Reflection, expected_move};
-use crate::find::node_sightings::{MOST_NODES, Sighting};
+use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
 use crate::find::ray_map::{RaySample, Specular, follow};
 use crate::find::work;
+use crate::sample_based_camera::morph::places::Carried;
 use crate::sample_based_camera::panorama::{PanoramicProjection, PanoramicProjector};
 use catoptric_core::scene::Ray;
 use catoptric_engine::method::projector::SpecularPath;
@@ -19,7 +19,7 @@ use std::sync::Arc;
 const WORK_A_RAY: u64 = 10;
 
 /// The solver may move a first reflection point by this share of the reflector's size. Chosen, not measured.
-pub(super) const REACH: f64 = 0.25;
+pub(in super::super) const REACH: f64 = 0.25;
 
 /// Appearances at two nodes whose reflection points are farther than this from where the derivatives of both expect
 /// them are not one: a share of the reflector's size, and of the way between them, which near a horizon changes fast.
@@ -50,19 +50,33 @@ pub struct Sightings {
     pub is_rough: bool,
 }
 
+/// An appearance that all nodes know of.
+pub(in super::super) fn known(one: &Sightings) -> Option<NodeSightings> {
+    let seen = NodeSightings { focal_index: one.focal_index, at: one.at.map(Option::unwrap_or_default) };
+    one.at.iter().all(Option::is_some).then_some(seen)
+}
+
+/// The only appearance of a point, if all nodes know of it and their mean is accurate.
+pub(in super::super) fn known_once(found: &[Sightings]) -> Option<NodeSightings> {
+    match found {
+        [one] if !one.is_rough => known(one),
+        _ => None,
+    }
+}
+
 /// A node around the eye.
-pub(super) struct Node<'a> {
-    pub(super) weight: f32,
-    pub(super) projector: PanoramicProjector<'a>,
+pub(in super::super) struct Node<'a> {
+    pub(in super::super) weight: f32,
+    pub(in super::super) projector: PanoramicProjector<'a>,
     /// It has moved with its reflector since it was built.
-    pub(super) carried: Option<Carried>,
+    pub(in super::super) carried: Option<Carried>,
     /// What is known of points there.
-    pub(super) answers: &'a PointCache<NodeAnswer>,
+    pub(in super::super) answers: &'a PointCache<NodeAnswer>,
 }
 
 /// An appearance at a node, as its cameras see it and as it is.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct NodeAnswer {
+pub(in super::super) struct NodeAnswer {
     focal_index: u32,
     /// As the cameras have them.
     reflection_point: Vec3,
@@ -76,7 +90,7 @@ pub(super) struct NodeAnswer {
 
 impl Node<'_> {
     /// Where it is.
-    pub(super) fn eye(&self) -> Vec3 {
+    pub(in super::super) fn eye(&self) -> Vec3 {
         let eye = self.projector.eye();
         self.carried.as_ref().map_or(eye, |carried| carried.place(eye))
     }
@@ -141,16 +155,16 @@ fn partner(of: &NodeAnswer, own: &[NodeAnswer], others: &[NodeAnswer]) -> Option
 }
 
 /// Looks for a point's appearances on one path at the nodes around the eye.
-pub(super) struct Lookout<'a> {
-    pub(super) nodes: &'a [Node<'a>],
+pub(in super::super) struct Lookout<'a> {
+    pub(in super::super) nodes: &'a [Node<'a>],
     /// The path's number at each node.
-    pub(super) in_nodes: &'a [u32],
-    pub(super) path: &'a SpecularPath,
-    pub(super) specular: Specular<'a>,
+    pub(in super::super) in_nodes: &'a [u32],
+    pub(in super::super) path: &'a SpecularPath,
+    pub(in super::super) specular: Specular<'a>,
     /// What a node does not see is followed beyond what it sees.
-    pub(super) cures: bool,
+    pub(in super::super) cures: bool,
     /// In a single mirror what cameras see is made exact.
-    pub(super) is_exact: bool,
+    pub(in super::super) is_exact: bool,
 }
 
 thread_local! {
@@ -159,13 +173,13 @@ thread_local! {
 
 impl Lookout<'_> {
     /// Where the nodes are.
-    pub(super) fn eyes(&self) -> [Vec3; MOST_NODES] {
+    pub(in super::super) fn eyes(&self) -> [Vec3; MOST_NODES] {
         std::array::from_fn(|index| self.nodes.get(index).map_or(Vec3::ZERO, Node::eye))
     }
 
     /// A point's appearances, each with the nodes that know of it. What one node sees and another does not (beyond its
     /// horizon, or past the reflector's border) is looked for there by the solver.
-    pub(super) fn look(&self, point: Vec3) -> Arc<[Sightings]> {
+    pub(in super::super) fn look(&self, point: Vec3) -> Arc<[Sightings]> {
         let nothing: Arc<[NodeAnswer]> = Arc::from([]);
         let at_nodes: [Arc<[NodeAnswer]>; MOST_NODES] = std::array::from_fn(|index| {
             let (Some(node), Some(&path)) = (self.nodes.get(index), self.in_nodes.get(index)) else {
@@ -297,7 +311,7 @@ impl Lookout<'_> {
     }
 
     /// Where a ray first meets specular surfaces, if that is on an object.
-    pub(super) fn site(&self, object: u32, eye: Vec3, direction: Vec3) -> Option<ManifoldVertex> {
+    pub(in super::super) fn site(&self, object: u32, eye: Vec3, direction: Vec3) -> Option<ManifoldVertex> {
         work::add(WORK_A_RAY);
         let Specular { scene, tracer, surfaces, .. } = self.specular;
         let ray = Ray { origin: eye, direction };
@@ -306,7 +320,7 @@ impl Lookout<'_> {
     }
 
     /// The path's ray in a direction from a place.
-    pub(super) fn sample(&self, eye: Vec3, direction: Vec3) -> Option<RaySample> {
+    pub(in super::super) fn sample(&self, eye: Vec3, direction: Vec3) -> Option<RaySample> {
         work::add(WORK_A_RAY * self.path.bounces.len() as u64);
         let ray = Ray { origin: eye, direction };
         let mut sample = None;
@@ -325,7 +339,7 @@ impl Lookout<'_> {
     }
 
     /// The size of a bounce's object.
-    pub(super) fn size(&self, bounce: Option<&Bounce>) -> f64 {
+    pub(in super::super) fn size(&self, bounce: Option<&Bounce>) -> f64 {
         let size = |bounce: &Bounce| self.specular.scene.objects[bounce.object as usize].bounds.diagonal();
         bounce.map_or(0.0, |bounce| f64::from(size(bounce)))
     }

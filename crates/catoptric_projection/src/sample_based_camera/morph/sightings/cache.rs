@@ -1,25 +1,9 @@
-//! What is known of points from frame to frame (Popescu, Sacks, Mei 2006, section VI: the projections of static
-//! vertices are reused with varying weights): their appearances at a node, and those at all nodes around the eye, as
-//! long as it stays among these.
+//! What is known of points on paths, from frame to frame.
 
-use super::sightings::Sightings;
-use super::steady::CubeCache;
-use crate::draw::virtual_mesh::SteadyMeshes;
 use crate::find::work;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-
-/// What is known at the nodes around an eye.
-#[derive(Default)]
-pub struct AroundEye {
-    /// Points one by one.
-    pub(super) points: PointCache<Sightings>,
-    /// What is interpolated between.
-    pub(super) cubes: CubeCache,
-    /// All points of objects.
-    pub(super) meshes: SteadyMeshes,
-}
 
 /// Points are shared out among so many tables, so that threads seldom wait for each other.
 const SHARDS: usize = 64;

@@ -1,24 +1,16 @@
 //! Which points of objects appear as polynomials while the eye stays among its nodes.
 
-pub(crate) mod between;
-mod cubes;
-pub(crate) mod field;
-
-pub(super) use cubes::CubeCache;
-
-use super::super::settings::Blend;
 use super::blend::{MorphProjector, Outlook, weights_of};
-use super::sightings::Sightings;
+use super::sightings::{SightingField, half_way, known, known_once};
 use crate::draw::virtual_mesh::{PictureScale, Steadiness, SteadyField, SteadyPath, SteadySource};
 use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
 use crate::find::tetrahedron_form::{FormWeights, TetrahedronForm};
 use crate::find::work::SharedWork;
-use between::half_way;
+use crate::sample_based_camera::settings::Blend;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_core::scene::{Camera, PreciseView, Projection, View};
 use catoptric_engine::method::projector;
-use field::SightingField;
 use glam::Vec3;
 
 /// Points that a node sees at less than this sine of an angle above the mirror may come and go while the eye moves.
@@ -128,20 +120,6 @@ impl SteadySource for MorphProjector<'_> {
         let outlook = Outlook { eye: self.eye, weights: at.weights, view: &at.view };
         let form = self.form_of(&at.nodes, &sightings.at);
         Self::mean((at.path, sightings.focal_index), &outlook, &form, &sightings.at)
-    }
-}
-
-/// An appearance that all nodes know of.
-fn known(one: &Sightings) -> Option<NodeSightings> {
-    let seen = NodeSightings { focal_index: one.focal_index, at: one.at.map(Option::unwrap_or_default) };
-    one.at.iter().all(Option::is_some).then_some(seen)
-}
-
-/// The only appearance of a point, if all nodes know of it and their mean is accurate.
-fn known_once(found: &[Sightings]) -> Option<NodeSightings> {
-    match found {
-        [one] if !one.is_rough => known(one),
-        _ => None,
     }
 }
 
