@@ -1,6 +1,7 @@
 //! The life cycle of methods of virtual objects: one implementation for all of them.
 
-use crate::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
+use crate::draw::prepared::{Context, MeshProjection};
+use crate::draw::stages::{Stages, mirror_tracer};
 use crate::draw::virtual_mesh::MeshQuality;
 use crate::draw::work_limit::{BeyondWork, WorkLimit};
 use crate::find::lens_check::{COARSE_TOLERANCE_PX, TOLERANCE_PX, has_lens, wrong_in_lenses};

@@ -1,18 +1,16 @@
 //! The life cycle of projection methods with virtual meshes, written once: what depends on the mirrors, what on the
 //! view, what on the objects among them, and what of it is kept from frame to frame.
 
-use super::MapsInView;
-use super::lists::path_lists;
+use super::far_maps::MapsInView;
 use super::overlays::ShownPixels;
+use super::stages::Stages;
 use super::virtual_mesh::{Ends, MeshQuality, SteadySource};
 use super::virtual_scene::{MeshesOfView, MirrorState, VirtualGeometry, VirtualScene};
 use super::work_limit::{ExactTiles, FrameWork, LazyTiles, WorkLimit};
-use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
-use catoptric_core::progress::{Progress, Silent, Stage};
+use catoptric_core::progress::{Progress, Silent};
 use catoptric_core::scene::{Scene, View};
 use catoptric_engine::error::RenderError;
-use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::path_lists::PathLists;
@@ -163,43 +161,6 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) is_for_picture: bool,
     /// The fate of pieces on which appearances end.
     pub(crate) ends: Ends,
-}
-
-/// Stages of work with their times.
-pub(crate) struct Stages<'a> {
-    pub(crate) report: Report,
-    pub(crate) progress: &'a dyn Progress,
-    watch: Stopwatch,
-}
-
-impl<'a> Stages<'a> {
-    fn new(progress: &'a dyn Progress) -> Self {
-        Self { report: Report::default(), progress, watch: Stopwatch::new() }
-    }
-
-    /// Ends a stage: its time is that since the last one.
-    pub(crate) fn lap(&mut self, name: &'static str) {
-        self.report.stages_ms.push((name, self.watch.lap_ms()));
-    }
-}
-
-/// The hierarchy over reflectors and lenses alone, for methods that trace rays through these: the old one if there is
-/// one.
-///
-/// # Errors
-/// [`RenderError::Cancelled`].
-pub(crate) fn mirror_tracer(
-    scene: &Scene,
-    old: Option<&Arc<Tracer>>,
-    stages: &mut Stages<'_>,
-) -> Result<Arc<Tracer>, RenderError> {
-    if let Some(old) = old {
-        return Ok(old.clone());
-    }
-    Stage::begin(stages.progress, "building the hierarchy", 0)?;
-    let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
-    stages.lap("bvh");
-    Ok(tracer)
 }
 
 /// A projection method with its settings.
@@ -475,7 +436,7 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
             return Err(RenderError::Limit { method: self.method.info().id, problem });
         }
         let (found, _) = self.geometry(progress)?;
-        Ok(Some(path_lists(&self.job(progress), found)))
+        Ok(Some(found.path_lists(&self.job(progress))))
     }
 
     fn paths_left(&self, progress: &dyn Progress) -> Result<PathBeginnings, RenderError> {

@@ -4,7 +4,7 @@
 use super::rays::extent::extent;
 use super::settings::{SampleBasedCameraSettings, patterns};
 use crate::draw::MapsInView;
-use crate::draw::prepared::Stages;
+use crate::draw::stages::Stages;
 use crate::find::ray_map::RayField;
 use catoptric_core::progress::Progress;
 use catoptric_core::scene::Scene;

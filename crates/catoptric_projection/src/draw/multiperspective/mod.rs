@@ -12,11 +12,12 @@ mod tiles;
 pub use shapes::{ObjectShape, object_shapes};
 
 use super::drawn_by::PixelsByOthers;
+use super::far_maps::MapsInView;
 use super::flat_mirrors::has_flat_faces;
 use super::lobe_lights::LobeLights;
 use super::overlays::{self, ShownPixels};
+use super::path_shader::PathShader;
 use super::rough::{RoughMirrors, RoughReflections};
-use super::{MapsInView, PathShader};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::{Progress, Stage};
