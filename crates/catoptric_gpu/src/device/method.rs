@@ -71,7 +71,7 @@ fn search_on_device(id: &str, settings: &toml::Table) -> Result<Option<Search>, 
     })
 }
 
-/// What becomes of light at mirrors and glass.
+/// How light at mirrors and glass is found.
 #[derive(Clone)]
 enum Way {
     /// Rays are followed.
@@ -89,20 +89,20 @@ enum Way {
     Project(Arc<dyn Method>, Option<Search>),
 }
 
-/// The method that looks light up in environment maps.
+/// The id of the method that looks light up in environment maps.
 const ENVIRONMENT_MAP: &str = "environment_map";
-/// That which looks it up in light fields.
+/// The id of the one that looks light up in light fields.
 const LIGHT_FIELD: &str = "light_field";
-/// And in layers.
+/// The id of the one that looks light up in layers.
 const LAYERED_MAP: &str = "layered_environment_map";
-/// And that which mirrors the scene.
+/// The id of the method that mirrors the scene in flat mirrors.
 const PLANAR_MIRROR: &str = "planar_mirror";
 
-/// Those that devices can do.
+/// The ids of the methods whose virtual geometry devices themselves can find.
 const REFLECTOR_SEARCH: &str = "reflector_search";
 const EXPLOSION_MAP: &str = "explosion_map";
 
-/// Those that follow rays; the second chooses others on the processor.
+/// The ids of the methods that follow rays; the second one chooses others on the processor.
 const MULTIPERSPECTIVE: &str = "multiperspective";
 const AUTO: &str = "auto";
 
@@ -127,7 +127,7 @@ pub(crate) struct PreparedScene {
     scene: Arc<Scene>,
     quality: Quality,
     drawn_scene: DrawnScene,
-    /// What light fields were captured, and where from, if not from the scene.
+    /// The light fields, where the method looks light up in these.
     fields: Option<LightFields>,
     /// The layers of the views so far.
     layers: Option<LayeredMaps>,
@@ -207,7 +207,7 @@ struct Loaded {
     report: Report,
 }
 
-/// What `auto` chooses on a device.
+/// The choices that `auto` reports on a device: one method for all mirrors and glass.
 fn choices(scene: &Scene) -> Vec<Choice> {
     let choice = |object: u32| Choice {
         object: scene.objects[object as usize].name.clone(),
@@ -353,7 +353,7 @@ impl PreparedScene {
         Ok(())
     }
 
-    /// What it takes to draw a view.
+    /// One view, ready to be drawn.
     pub(crate) fn device_frame(
         &mut self,
         view: &View,
@@ -383,7 +383,7 @@ impl Prepared for PreparedScene {
         frame::check_quality(quality).map_err(|error| failed(self.method.info, &error))?;
         let changes_in_place = matches!(self.method.way, Way::Follow | Way::Project(..));
         let moved = if changes_in_place { self.drawn_scene.resident.moved_to(scene) } else { None };
-        // What may be refused comes first; what changes in place, last.
+        // Steps that may be refused come first, and changes in place last.
         let loaded = match &moved {
             Some(_) => None,
             None => Some(self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?),

@@ -1,4 +1,4 @@
-//! What was drawn as it is shown: with an exposure and a tone curve, on targets of any format.
+//! The showing of pictures: with an exposure and a tone curve, on targets of any format.
 
 use super::context::Context;
 use super::frame::Drawing;

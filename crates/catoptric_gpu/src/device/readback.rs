@@ -9,16 +9,16 @@ use wgpu::{Buffer, BufferUsages};
 /// The most bytes of a part of a picture: devices have no buffers of more than 256 MiB.
 const BYTES_OF_A_PART: u32 = 1 << 26;
 
-/// What a part is.
+/// The content of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Label {
     /// Rows of a picture, of so many bytes, followed by some that mean nothing.
     Rows { used: u32, stride: u32 },
     /// Times of passes.
     Times,
-    /// What tiles did.
+    /// Counts of what tiles did.
     Tiles,
-    /// What virtual geometry was found.
+    /// Counts of the virtual geometry that was found.
     VirtualGeometry,
     /// Other records.
     Records,
@@ -87,7 +87,7 @@ impl Readback {
     pub(crate) fn begin(&self) {
         for (_, buffer) in &self.parts {
             let arrived = self.arrived.clone();
-            // What has failed is told when it is read.
+            // A failure is told when the part is read.
             buffer.map_async(wgpu::MapMode::Read, .., move |_| {
                 arrived.fetch_add(1, Ordering::AcqRel);
             });

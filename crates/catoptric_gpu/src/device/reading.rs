@@ -21,7 +21,7 @@ pub enum Encoding {
     Srgba8,
 }
 
-/// What was read.
+/// A picture that was read.
 #[derive(Clone, Debug)]
 pub enum Pixels {
     /// Linear colours.

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(crate) struct DrawnScene {
     pub(crate) resident: DeviceScene,
     pub(crate) reflections: Reflections,
-    /// Those of the size of the last picture.
+    /// Textures and tables of the size of the last picture.
     pub(super) picture: Mutex<Option<Arc<PictureTables>>>,
     /// For virtual geometry that is found on the device.
     pub(super) virtual_tables: Mutex<Option<Arc<VirtualTables>>>,

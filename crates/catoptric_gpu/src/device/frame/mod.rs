@@ -46,7 +46,7 @@ const PIXELS_AT_ONCE: u32 = 1 << 20;
 const TILES_AT_ONCE: u32 = 65_535 / BLOCKS;
 /// The most bytes of a band's table of hits: devices bind no more than 128 MiB.
 const HIT_BYTES_AT_ONCE: u64 = 1 << 27;
-/// What shades pixels without mirrors and glass, and those with them; for each of [`SAMPLE_COUNTS`].
+/// The shaders' functions for pixels without mirrors and glass, and for those with them; for each of [`SAMPLE_COUNTS`].
 const ENTRIES: [[&str; 2]; 2] =
     [["shade_one_sample", "follow_one_sample"], ["shade_four_samples", "follow_four_samples"]];
 /// The last of them for scenes in which light spreads.
@@ -85,7 +85,7 @@ pub(crate) enum Geometry<'a> {
     OnDevice(&'a Found),
 }
 
-/// What the device finds the geometry of a view with.
+/// The reflectors of a view whose geometry the device finds, and the tables for it.
 #[derive(Debug)]
 pub(crate) struct Found {
     reflectors: Vec<Reflection>,
@@ -114,12 +114,12 @@ impl Found {
 pub(crate) struct Drawing {
     tables: Arc<PictureTables>,
     virtual_tables: Option<Arc<VirtualTables>>,
-    /// Of what has been left out.
+    /// Counts of what has been left out.
     pub(crate) report: Report,
 }
 
 impl Drawing {
-    /// Its colours, until another view of the scene is drawn.
+    /// The view's colours, until another view of the scene is drawn.
     pub(crate) fn colors(&self) -> &wgpu::Texture {
         &self.tables.targets.colors
     }
@@ -181,7 +181,7 @@ pub(crate) fn encode(
         if let Some(sums) = &mut sums {
             sums.add(encoder, context, &tables.targets.colors, timer);
         }
-        // That of all parts is the same.
+        // The reports of all parts are the same.
         drawn = Some((tables, of_part));
     }
     context.check()?;
@@ -206,14 +206,14 @@ fn encode_part(
     let index = SAMPLE_COUNTS.iter().position(|count| *count == part.samples).unwrap_or_default();
     let way = reflections.way(matches!(geometry, Some(Geometry::OnDevice(_))));
     let paths = Paths::of(resident, quality.order, way);
-    // What paths are shaded by, beside the hits on them.
+    // The tables by which paths are shaded, beside the hits on them.
     let (meeting, hierarchy, looked_up) = match reflections {
         Reflections::LookedUp(maps) => (Meeting::Maps, &resident.hierarchy, Some(&maps.group)),
         Reflections::Fields(fields) => (Meeting::Fields, &fields.hierarchy, Some(&fields.group)),
         Reflections::Layers(layers) => (Meeting::Layers, &layers.hierarchy, Some(&layers.group)),
         _ => (Meeting::Followed, &resident.hierarchy, None),
     };
-    // What leaves surfaces that spread light is traced.
+    // Rays that leave surfaces that spread light are traced.
     let traces = quality.order > paths.known_events() || resident.features.spreads_light();
     let [seen, mut followed] = ENTRIES[index];
     if resident.features.spreads_light() && part.samples > 1 {
@@ -318,18 +318,18 @@ pub struct VertexAppearance {
     pub reflector: u32,
     /// The number of the vertex.
     pub vertex: u32,
-    /// Its place in the picture, in pixels from the upper left corner.
+    /// The appearance's place in the picture, in pixels from the upper left corner.
     pub image_px: [f32; 2],
     /// From the eye by the reflector to the vertex (orthographic: from the eye's plane).
     pub path_length: f32,
-    /// It appears next to the reflector, where that does not show it any more.
+    /// True if the vertex appears next to the reflector, where that does not show it any more.
     pub is_beside: bool,
 }
 
 /// The state of appearances in the reflector.
 const WITHIN: u32 = 1;
 
-/// What the geometry of paths is drawn with.
+/// The scene and textures with which the geometry of paths is drawn.
 #[derive(Clone, Copy)]
 struct Canvas<'a> {
     context: &'a Context,

@@ -27,7 +27,7 @@ pub(super) enum Way {
     Mirrors,
     /// Hardware has drawn what is seen on some paths; tiles follow the others.
     Lists,
-    /// It has drawn what is seen after one event, but not all of that; tiles follow the rest and longer paths.
+    /// Hardware has drawn a part of what is seen after one event; tiles follow the rest, and longer paths.
     FirstLists,
 }
 
@@ -42,7 +42,7 @@ impl Way {
 }
 
 impl Paths {
-    /// Of a scene, in a way.
+    /// The paths of a scene at an order, whose hits become known in a way.
     pub(super) fn of(scene: &DeviceScene, order: u32, way: Way) -> Self {
         let most = match way {
             Way::LookUp => 1,

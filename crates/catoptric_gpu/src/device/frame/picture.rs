@@ -8,8 +8,8 @@ use crate::device::context::Context;
 use crate::error::GpuError;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What pictures of a size are drawn with. Pictures that are drawn one after the other share it: each fills all that it
-/// reads.
+/// The textures and tables that pictures of a size are drawn with. Pictures that are
+/// drawn one after the other share them: each fills all that it reads.
 #[derive(Debug)]
 pub(crate) struct PictureTables {
     size: [u32; 2],
@@ -21,7 +21,7 @@ pub(crate) struct PictureTables {
 }
 
 impl PictureTables {
-    /// Those of the last picture if they serve, for bands of so many columns and rows of cells.
+    /// The tables of the last picture if they serve, for bands of so many columns and rows of cells.
     pub(crate) fn get(
         context: &Context,
         last: &Mutex<Option<Arc<Self>>>,

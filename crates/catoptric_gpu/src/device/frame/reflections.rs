@@ -1,11 +1,11 @@
-//! What becomes of light at reflectors and lenses of a scene on a device.
+//! The ways in which light goes on at reflectors and lenses of a scene on a device.
 
 use super::confined::{DeviceMirrors, OnDevice};
 use super::lookup::{DeviceFields, DeviceLayers, DeviceMaps};
 use super::paths::Way;
 use crate::tables::SceneFeatures;
 
-/// What becomes of light at reflectors and lenses.
+/// The way in which light goes on at reflectors and lenses.
 #[derive(Debug)]
 pub(crate) enum Reflections {
     /// Rays are followed.
@@ -42,7 +42,7 @@ impl Reflections {
         }
     }
 
-    /// What of a scene's features is drawn so.
+    /// The features of a scene that are drawn in this way.
     pub(crate) fn narrowed(&self, features: SceneFeatures) -> SceneFeatures {
         match self {
             Self::Mirrored(_) => features.of_smooth_mirrors(),

@@ -1,4 +1,4 @@
-//! What rough mirrors reflect: grids of sharp rays, blurred by the lobe of each place. See `wgsl/rough`.
+//! The light that rough mirrors reflect: grids of sharp rays, blurred by the lobe of each place. See `wgsl/rough`.
 
 use super::passes::{Band, WORKGROUP, begin};
 use super::timer::Timer;
@@ -94,7 +94,7 @@ impl RoughTables {
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / PASSAGE_BYTES;
         let wanted_px = (size[0].min(size[1]) / CELLS).clamp(1, LARGEST_CELL_PX);
         let mut layouts = (wanted_px..).map(|finest_px| grids_of(size, finest_px));
-        // Of pictures that devices draw, cells of a few pixels are few enough.
+        // For all pictures that devices draw, cells of a few pixels are few enough.
         let layout = layouts.find(|layout| cell_counts(layout)[0] <= most).unwrap_or_default();
         let [cells, means] = cell_counts(&layout);
         let sizes = [
@@ -121,7 +121,7 @@ impl RoughTables {
         self.grids.as_ref().map_or(0, |grids| grids.byte_count)
     }
 
-    /// What shaders that shade pixels read.
+    /// The bindings that shaders of pixels read: the light of rough mirrors, and the grids.
     pub(crate) fn read(&self) -> [(u32, BindingResource<'_>); 2] {
         let record = wgpu::BufferBinding { buffer: &self.records, offset: 0, size: NonZeroU64::new(GRIDS_SIZE) };
         [(3, self.light.as_entire_binding()), (5, BindingResource::Buffer(record))]
@@ -154,7 +154,7 @@ impl RoughTables {
         };
         for level in levels.clone() {
             let mut passes = vec![(MEET, level)];
-            // What is hidden is looked for near what is seen.
+            // Hidden places are looked for near those that are seen.
             passes.extend((level == 0).then_some((FIND_NEAR, level)));
             passes.push((FOLLOW, level));
             passes.extend((level + 1 < GRIDS).then_some((FIND_NEAR, level)));

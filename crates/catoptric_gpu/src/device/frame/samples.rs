@@ -16,7 +16,7 @@ pub(crate) struct Part {
     pub(crate) place: [f32; 2],
     /// The side of the square that a single one stands for, in pixels.
     pub(crate) side: f32,
-    /// What is the same for all parts is found with it.
+    /// True for the first part: the values that all parts share are found with it.
     pub(crate) is_first: bool,
 }
 
@@ -43,7 +43,7 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// Of so many parts; `None` of a single one, which is the picture.
+    /// The mean of so many parts; `None` of a single one, which is the picture itself.
     pub(crate) fn new(context: &Context, [width, height]: [u32; 2], parts: usize) -> Option<Self> {
         let texture = || {
             context.device.create_texture(&wgpu::TextureDescriptor {

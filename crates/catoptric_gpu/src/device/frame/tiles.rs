@@ -35,7 +35,7 @@ const TILING_SIZE: u64 = size_of::<Tiling>() as u64;
 /// Bytes of the arguments of a dispatch.
 const ARGUMENTS: u64 = 12;
 
-/// What tiles did in a picture, as `tiles/work.wgsl` counts it.
+/// Counts of what tiles did in a picture, as `tiles/work.wgsl` has them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct TileCounts {
@@ -70,7 +70,7 @@ pub(crate) struct TileTables {
     cells: [u32; 2],
     samples: u32,
     paths: Paths,
-    /// What the rays of each cell hit, path by path.
+    /// The hits of the rays of each cell, path by path.
     pub(crate) hits: Buffer,
     pub(crate) work: Buffer,
     /// The numbers of tiles, of blocks whose rays are traced, and of tiles that are shaded path by path.
@@ -224,7 +224,7 @@ impl TileTables {
     }
 }
 
-/// What is known before tiles begin.
+/// Pictures and tables that are there before tiles begin.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen<'a> {
     /// Pictures of what is seen.

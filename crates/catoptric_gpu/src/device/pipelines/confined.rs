@@ -8,13 +8,13 @@ use crate::layout::ListCorner;
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, RenderPipeline, ShaderStages};
 use wgpu::{TextureSampleType, TextureView, VertexAttribute, VertexBufferLayout, VertexStepMode, vertex_attr_array};
 
-/// What is drawn so.
+/// A kind of geometry that is drawn where a picture shows something.
 pub(crate) struct Kind {
     /// The shader.
     pub(crate) shader: &'static str,
-    /// What it reads beside a path's record (binding 0) and what is seen before (2 or 3).
+    /// The table that the shader reads beside a path's record (binding 0) and the picture before it (2 or 3).
     pub(crate) table: Option<(u32, BindingType)>,
-    /// What corners are read from, if not from the scene.
+    /// The layout of a buffer of corners; `None` where the shader reads corners from the scene.
     pub(crate) corners: Option<VertexBufferLayout<'static>>,
 }
 
@@ -71,7 +71,8 @@ impl ConfinedPipelines {
         })
     }
 
-    /// What a pass reads: one of several records of paths, a table if there is one, and what is seen before.
+    /// The bindings of a pass: one of several records of paths, a table if there is one, and the picture of what is
+    /// seen before.
     pub(crate) fn group(
         &self,
         device: &wgpu::Device,

@@ -3,7 +3,7 @@
 use super::bindings::{array_texture, table, texture};
 use wgpu::{BindingType, SamplerBindingType, TextureSampleType};
 
-/// What shaders read beside the environment maps of objects that lie in no region.
+/// The bindings of light fields, behind those of the environment maps of objects that lie in no region.
 pub(crate) const FIELDS: [(u32, BindingType); 4] = [
     table(2),
     array_texture(3, TextureSampleType::Float { filterable: true }),
@@ -11,6 +11,6 @@ pub(crate) const FIELDS: [(u32, BindingType); 4] = [
     (5, BindingType::Sampler(SamplerBindingType::Filtering)),
 ];
 
-/// What shaders read.
+/// The bindings of layered environment maps.
 pub(crate) const LAYERS: [(u32, BindingType); 4] =
     [table(0), table(1), texture(2, TextureSampleType::Float { filterable: false }, false), table(3)];

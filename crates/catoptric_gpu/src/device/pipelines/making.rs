@@ -42,7 +42,7 @@ pub(crate) struct Draws<'a> {
     pub(crate) module: &'a wgpu::ShaderModule,
     pub(crate) layout: &'a wgpu::PipelineLayout,
     pub(crate) vertex: &'a str,
-    /// What corners are read from, if not from the scene.
+    /// The layout of a buffer of corners; `None` where the shader reads corners from the scene.
     pub(crate) corners: Option<&'a wgpu::VertexBufferLayout<'a>>,
     pub(crate) fragment: &'a str,
     pub(crate) format: TextureFormat,

@@ -40,7 +40,7 @@ const RAYS_A_SAMPLE: f64 = 16.0;
 pub(crate) struct SamplePipelines {
     /// Triangles without holes.
     pub(crate) solid: wgpu::RenderPipeline,
-    /// Those whose alpha is tested.
+    /// Triangles whose alpha is tested.
     pub(crate) with_holes: wgpu::RenderPipeline,
 }
 
@@ -56,16 +56,16 @@ pub(crate) struct Shading {
     pub(crate) meeting: Meeting,
 }
 
-/// What becomes of light at mirrors and glass that a pixel shows.
+/// How the light of mirrors and glass that a pixel shows is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Meeting {
     /// Paths are followed, or end.
     Followed,
-    /// It is looked up in environment maps.
+    /// Light is looked up in environment maps.
     Maps,
-    /// It is looked up in light fields.
+    /// Light is looked up in light fields.
     Fields,
-    /// It is looked up in layers.
+    /// Light is looked up in layers.
     Layers,
 }
 
@@ -78,17 +78,17 @@ pub(crate) struct Pipelines {
     pub(crate) hierarchy: wgpu::BindGroupLayout,
     /// The order in which triangles are drawn.
     pub(crate) order: wgpu::BindGroupLayout,
-    /// What rays hit, and the colours.
+    /// The table of hits, the colours, and the light of rough mirrors.
     pub(crate) picture: wgpu::BindGroupLayout,
     pub(crate) tiles: TilePipelines,
     /// Grids that tell what rough mirrors reflect.
     pub(crate) rough: RoughPipelines,
     /// Sums of samples that are drawn one after the other.
     pub(crate) sums: SumPipelines,
-    /// Those of mirrored scenes, and of virtual geometry.
+    /// Pipelines that draw mirrored scenes, and virtual geometry.
     pub(crate) mirrors: ConfinedPipelines,
     pub(crate) lists: ConfinedPipelines,
-    /// What smooth reflectors show, found on the device.
+    /// Pipelines that find on the device what smooth reflectors show.
     pub(crate) virtual_mesh: VirtualPipelines,
     /// Environment maps.
     pub(crate) maps: wgpu::BindGroupLayout,
@@ -105,7 +105,7 @@ pub(crate) struct Pipelines {
     /// For [`Meeting`]s.
     shaders: [wgpu::ShaderModule; 4],
     present: wgpu::ShaderModule,
-    /// Those that draw to targets, by their formats.
+    /// Pipelines that draw to targets, by the targets' formats.
     presenting: Kept<TextureFormat, wgpu::RenderPipeline>,
     shade: Kept<Shading, wgpu::ComputePipeline>,
 }

@@ -14,9 +14,9 @@ pub(crate) const READ: [(u32, BindingType); 2] = [storage(3), (5, uniform(false)
 pub(crate) struct RoughPipelines {
     pub(crate) tables: BindGroupLayout,
     pub(crate) marking: BindGroupLayout,
-    /// Of grids, and of the marking of hits.
+    /// The layouts of passes over grids, and of the marking of hits.
     layouts: [wgpu::PipelineLayout; 2],
-    /// Of rays, of means, and of the marking of hits.
+    /// The shaders of rays, of means, and of the marking of hits.
     modules: [wgpu::ShaderModule; 3],
     /// By entries, what scenes have, and samples.
     known: Kept<(&'static str, SceneFeatures, u32), ComputePipeline>,

@@ -29,7 +29,7 @@ pub(crate) struct TilePipelines {
     pub(crate) working: BindGroupLayout,
     gather_layouts: [wgpu::PipelineLayout; 2],
     gather: wgpu::ShaderModule,
-    /// Of classification, tiles and traced rays.
+    /// The shaders of classification, of tiles and of traced rays.
     modules: [wgpu::ShaderModule; 3],
     layouts: [wgpu::PipelineLayout; 2],
     /// By samples and what scenes have.

@@ -6,9 +6,9 @@ use super::making::{Draws, compute, draws, pipeline_layout, shader_module};
 use crate::tables::SceneFeatures;
 use wgpu::{BindGroupLayout, ComputePipeline, RenderPipeline, ShaderStages, TextureFormat, TextureSampleType};
 
-/// Of a reflector's own picture: numbers of triangles and 1.
+/// The format of a reflector's own picture: numbers of triangles, plus 1.
 pub(crate) const PICTURE_FORMAT: TextureFormat = TextureFormat::R32Uint;
-/// Of explosion maps: places of the picture, and 1.
+/// The format of explosion maps: places of the picture, and 1.
 pub(crate) const MAP_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
 
 /// A step of the work.
@@ -26,7 +26,7 @@ pub(crate) enum Step {
     Arrange,
     /// A round of division.
     Divide,
-    /// What the reflector's pieces are drawn with.
+    /// The arguments with which the reflector's pieces are drawn.
     End,
 }
 
@@ -50,13 +50,13 @@ impl Step {
 pub(crate) struct VirtualPipelines {
     /// A reflector's record, for its own picture.
     pub(crate) drawing: BindGroupLayout,
-    /// That, its picture and the tables.
+    /// A reflector's record, its picture and the tables.
     pub(crate) working: BindGroupLayout,
     pub(crate) picture: RenderPipeline,
     /// Explosion maps of the near and of the far sphere.
     pub(crate) maps: [RenderPipeline; 2],
     layout: wgpu::PipelineLayout,
-    /// Of projection and of division.
+    /// The shaders of projection and of division.
     modules: [wgpu::ShaderModule; 2],
     /// By what scenes have, and whether searches begin at explosion maps.
     known: Kept<(SceneFeatures, bool, Step), ComputePipeline>,

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use wgpu::Texture;
 
 impl DeviceScene {
-    /// What has moved since the scene was loaded, if nothing but places and lights have changed.
+    /// The objects that have moved since the scene was loaded; `None` if anything but places and lights has changed.
     pub(crate) fn moved_to(&self, scene: &Scene) -> Option<Moved> {
         Moved::between(&self.source, scene, &self.tables.hierarchy)
     }

@@ -158,7 +158,7 @@ impl BakedLayers {
         self.units.clone()
     }
 
-    /// Its shells, about the scene's groups. Nothing but these groups can be met by rays.
+    /// The bake's shells about a scene's groups. Nothing but these groups can be met by rays.
     ///
     /// # Errors
     /// [`RenderError::Limit`] where it is about other groups or viewpoints.

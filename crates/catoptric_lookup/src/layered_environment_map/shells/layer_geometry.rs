@@ -73,8 +73,8 @@ impl LayerGeometry {
         Self { groups: layers, shared, group_of, everything, welds: Welds::new(scene), order }
     }
 
-    /// Of shells that are known, those of groups (so many) first, about the scene's groups. Nothing but these groups
-    /// can be met by rays.
+    /// Known shells about the scene's groups: those of so many groups come first, then that of the layer that all
+    /// share. Nothing but these groups can be met by rays.
     pub(crate) fn of_shells(
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,

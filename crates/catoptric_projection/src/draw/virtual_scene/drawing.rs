@@ -59,7 +59,7 @@ impl VirtualGeometry {
         Ok(report)
     }
 
-    /// Its lists without that of what is seen directly.
+    /// The rasteriser's lists of the geometry, without that of what is seen directly.
     pub(crate) fn path_lists(self, job: &Job<'_>) -> PathLists {
         let has_rest = self.ends != EndsOfPaths::Environment;
         let specular = job.scene.specular_objects();

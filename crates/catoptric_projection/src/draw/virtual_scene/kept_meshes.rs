@@ -20,7 +20,7 @@ pub(super) struct FirstMesh {
 }
 
 impl FirstMesh {
-    /// That of a mesh.
+    /// The record of a mesh that has just been made.
     pub(super) fn of(mesh: &VirtualMesh) -> Self {
         let (points, is_coarse) = (mesh.points_projected, !mesh.is_whole());
         Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, points, is_coarse }

@@ -80,7 +80,7 @@ impl VirtualScene {
         self.locked_failed().begin_frame(view, work)
     }
 
-    /// What is known of paths that have failed.
+    /// The paths that have failed so far.
     pub(super) fn locked_failed(&self) -> MutexGuard<'_, FailedPaths> {
         self.failed.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -212,7 +212,7 @@ impl Continued {
 struct Clip {
     size: [f32; 2],
     near: f32,
-    /// What has this depth in an orthographic view lies behind everything; `None` in perspective ones.
+    /// A depth behind everything, in orthographic views; `None` in perspective ones.
     far: Option<f32>,
 }
 

@@ -13,7 +13,7 @@ pub(super) const MOST_PATHS: usize = 65_535;
 /// A record for each path on a device.
 pub(super) struct PathRecords {
     buffer: Buffer,
-    /// Of one record.
+    /// Bytes of one record.
     size: u64,
 }
 

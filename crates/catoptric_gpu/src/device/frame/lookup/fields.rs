@@ -30,7 +30,7 @@ pub(crate) struct DeviceFields {
 #[derive(Debug)]
 struct SlabPictures {
     slabs: Vec<Arc<Slabs>>,
-    /// Of radiance and of parallax.
+    /// The pictures of radiance, and those of parallax.
     views: [TextureView; 2],
     byte_count: u64,
 }

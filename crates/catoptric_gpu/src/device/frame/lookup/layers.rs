@@ -13,7 +13,7 @@ use wgpu::{BindGroup, BindingResource, TextureFormat, TextureView};
 /// The layers of a scene on a device.
 #[derive(Debug)]
 pub(crate) struct DeviceLayers {
-    /// Those of the last view.
+    /// The bindings of the layers of the last view.
     pub(crate) group: BindGroup,
     /// The scene's hierarchy with those of groups.
     pub(crate) hierarchy: BindGroup,

@@ -1,4 +1,4 @@
-//! What is known of points on paths, from frame to frame.
+//! Answers about points on paths, kept from frame to frame.
 
 use crate::find::work;
 use glam::Vec3;

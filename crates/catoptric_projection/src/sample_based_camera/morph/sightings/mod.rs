@@ -1,4 +1,4 @@
-//! What nodes see of points: sorted by what belongs together, kept from frame to frame, and interpolated.
+//! Appearances of points at nodes: sorted by what belongs together, kept from frame to frame, and interpolated.
 
 pub(crate) mod around_eye;
 pub(crate) mod between;

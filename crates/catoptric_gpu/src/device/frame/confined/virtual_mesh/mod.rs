@@ -52,7 +52,7 @@ const COUNTED: u64 = 6;
 /// The word that counts appearances.
 const APPEARANCES: u64 = 10;
 
-/// What was found in a picture.
+/// Counts of what was found in a picture, as `virtual_mesh/work.wgsl` has them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct VirtualCounts {
@@ -139,7 +139,7 @@ impl Room {
     }
 }
 
-/// Of a scene whose virtual geometry is found on the device.
+/// The reflectors of a scene whose virtual geometry is found on the device.
 #[derive(Debug)]
 pub(crate) struct OnDevice {
     /// All its reflectors.
@@ -162,7 +162,8 @@ impl OnDevice {
         let found = reflectors_of(scene, &resident.tables).filter(|found| found.len() <= MOST_REFLECTORS);
         let Some(reflectors) = found else { return Ok(None) };
         let are_convex = reflectors.iter().all(|reflector| reflector.is_convex);
-        // What each of many reflectors shows of a large scene takes longer than the processor's way, which has a limit.
+        // Finding what each of many reflectors shows of a large scene takes longer than the processor's way, which has
+        // a limit.
         let most = if are_convex { MOST_SEARCHES } else { MOST_SEARCHES / SEARCHES_A_POINT };
         if scene.positions.len() * reflectors.len() > most {
             return Ok(None);
@@ -185,7 +186,7 @@ impl OnDevice {
 }
 
 impl VirtualTables {
-    /// Those of the last picture if they serve, or new ones; `None` where devices hold no tables of the size.
+    /// The tables of the last picture if they serve, or new ones; `None` where devices hold no tables of the size.
     pub(crate) fn get(
         context: &Context,
         resident: &DeviceScene,

@@ -15,10 +15,11 @@ const ROOM: f32 = 1.001;
 /// A reflector's own picture shows this much more than the reflector, in pixels.
 const MARGIN_PX: f32 = 2.0;
 
-/// What is larger than so many pictures would be too coarse there. Chosen, not measured.
+/// A reflector that appears larger than so many of its own pictures, along a side, is left to the processor: its
+/// picture would be too coarse. Chosen, not measured.
 const MOST_PICTURES: f32 = 4.0;
 
-/// What virtual geometry is found by, and how finely it is divided.
+/// How virtual geometry is looked for, and how finely it is divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Search {
     /// Texels along a side of explosion maps; `None`: by the reflector's picture.
