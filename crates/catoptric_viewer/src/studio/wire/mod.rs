@@ -32,7 +32,7 @@ pub struct Message {
     pub bytes: Vec<u8>,
 }
 
-/// What goes to the studio.
+/// A message to the studio, as the studio takes it.
 #[derive(Clone, Debug)]
 pub enum Request {
     /// An order.

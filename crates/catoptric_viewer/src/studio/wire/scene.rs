@@ -1,4 +1,4 @@
-//! What a scene holds, as text.
+//! Summaries of scenes as text.
 
 use super::error::WireError;
 use super::wish::{WireCamera, WireDisplay, WireLook, role_of};
