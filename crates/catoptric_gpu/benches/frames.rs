@@ -22,7 +22,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
-/// Of animations.
+/// Frames a second of animations.
 const FRAMES_PER_SECOND: f32 = 60.0;
 /// How far the eye swings to either side, seen from what it looks at.
 const SWING_DEG: f32 = 10.0;
@@ -54,7 +54,7 @@ struct Arguments {
     /// Frames before these.
     #[arg(long, default_value_t = 60)]
     warm_up: u32,
-    /// What moves beside the eye.
+    /// The things that move beside the eye.
     #[arg(long, value_enum, default_value_t = Motion::Eye)]
     motion: Motion,
     /// A part of the adapter's name.
@@ -63,7 +63,7 @@ struct Arguments {
     /// Compares a picture of a quarter of the size with the reference.
     #[arg(long)]
     error: bool,
-    /// What `cargo bench` passes.
+    /// Passed by `cargo bench`; ignored.
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -72,7 +72,7 @@ struct Arguments {
 enum Motion {
     /// Nothing.
     Eye,
-    /// What the scene's animations move.
+    /// Nodes that the scene's animations move.
     Animation,
     /// Every node.
     Everything,
@@ -299,7 +299,7 @@ fn move_all(model: &mut Model, number: u32) {
     }
 }
 
-/// What is seen in a frame: the eye swings about the point that the camera looks at.
+/// The view of a frame: the eye swings about the point that the camera looks at.
 fn view(scene: &Scene, [width, height]: [u32; 2], number: u32) -> View {
     let mut view = scene.default_view(width, height);
     let (eye, forward) = (view.eye(), -Vec3::from(view.world_from_view.matrix3.z_axis));

@@ -30,7 +30,7 @@ pub enum GpuError {
     Limit {
         /// The thing that is too large.
         what: String,
-        /// Its size.
+        /// The size that is needed.
         needed: String,
         /// The limit.
         allowed: String,

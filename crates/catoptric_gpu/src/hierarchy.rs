@@ -193,14 +193,14 @@ impl Hierarchy {
 /// The places of a hierarchy where something has moved.
 #[derive(Clone, Debug)]
 pub struct MovedPlaces {
-    /// Of triangles of leaves.
+    /// For every triangle of the leaves, true if it has moved.
     pub triangles: Vec<bool>,
-    /// Of nodes.
+    /// For every node, true if something in it has moved.
     pub nodes: Vec<bool>,
 }
 
 impl MovedPlaces {
-    /// Whether something in a child of a node has: a node, a leaf, or [`NONE`].
+    /// True if something in a child of a node has moved: a node, a leaf, or [`NONE`].
     fn has(&self, code: u32) -> bool {
         if code == NONE {
             return false;
@@ -218,7 +218,7 @@ impl MovedPlaces {
 pub struct WideHierarchy {
     /// The root first.
     pub nodes: Vec<[WideChild; WIDTH]>,
-    /// What the children are in the narrow hierarchy: nodes or leaves; [`NONE`]: there is none.
+    /// The codes of the children in the narrow hierarchy, of nodes or leaves; [`NONE`]: there is no child.
     narrow_codes: Vec<[u32; WIDTH]>,
 }
 

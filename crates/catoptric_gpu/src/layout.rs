@@ -53,7 +53,7 @@ pub mod surface_flags {
         SCHLICK = 1;
         /// The inner side alone is a mirror.
         INSIDE = 2;
-        /// It has a metallic-roughness surface.
+        /// The surface is a metallic-roughness one.
         MICROFACETS = 3;
         /// The share of reflection depends on the angle.
         RAMP = 4;
@@ -61,17 +61,17 @@ pub mod surface_flags {
         ATTENUATION = 5;
         /// A mirror's own light has another colour than its tint.
         OWN_COLOR = 6;
-        /// It has holes where alpha is low.
+        /// The surface has holes where alpha is low.
         ALPHA_TESTED = 7;
         /// Rays that leave the outer side never meet it again.
         CONVEX = 8;
-        /// It has an inside.
+        /// The object has an inside.
         CLOSED = 9;
-        /// It is given by a formula.
+        /// The surface is given by a formula.
         EXACT = 10;
-        /// It sends light of its own, beside what it reflects and refracts.
+        /// The surface sends light of its own, beside what it reflects and refracts.
         OWN_LIGHT = 11;
-        /// Its reflection is blended with its own colour.
+        /// The reflection is blended with the surface's own colour.
         BLEND = 12;
     }
 }
@@ -204,17 +204,17 @@ pub mod hit_flags {
 /// Bits of [`LeafTriangle::flags`].
 pub mod triangle_flags {
     flags! {
-        /// It casts shadows.
+        /// The triangle casts shadows.
         HIDES_LIGHTS = 0;
-        /// Its alpha is tested.
+        /// The alpha of the triangle's texture is tested.
         MAY_HAVE_HOLES = 1;
-        /// Its winding is opposite to its normals.
+        /// The triangle's winding is opposite to its normals.
         TURNED = 2;
-        /// Its surface reflects.
+        /// The triangle's surface reflects.
         REFLECTS = 3;
-        /// Its surface refracts.
+        /// The triangle's surface refracts.
         REFRACTS = 4;
-        /// It is a rough mirror or coat.
+        /// The triangle belongs to a rough mirror or coat.
         IS_ROUGH = 5;
     }
 }
@@ -229,7 +229,7 @@ pub struct LeafTriangle {
     pub triangle: u32,
     /// The second corner.
     pub b: [f32; 3],
-    /// Its object.
+    /// The object that the triangle belongs to.
     pub object: u32,
     /// The third corner.
     pub c: [f32; 3],
@@ -243,7 +243,7 @@ pub struct LeafTriangle {
 pub struct Binding {
     /// The columns of the matrix from the vertex's to the texture's coordinates.
     pub matrix: [f32; 4],
-    /// Its translation.
+    /// The translation behind that matrix.
     pub translation: [f32; 2],
     /// The texture, or [`NONE`].
     pub texture: u32,
@@ -264,9 +264,9 @@ impl Default for Binding {
 pub struct ExactSurface {
     /// The centre in the world.
     pub center: [f32; 3],
-    /// Its value there.
+    /// The formula's value at the centre.
     pub value: f32,
-    /// Its gradient there.
+    /// The formula's gradient at the centre.
     pub gradient: [f32; 3],
     /// The box's diagonal.
     pub size: f32,
@@ -284,7 +284,7 @@ pub struct ExactSurface {
     pub low: [f32; 3],
     /// Padding.
     pub unused5: f32,
-    /// Its upper corner.
+    /// The box's upper corner along its axes, from the centre.
     pub high: [f32; 3],
     /// Padding.
     pub unused6: f32,
@@ -326,7 +326,7 @@ pub struct Surface {
     pub roughness: f32,
     /// The share of a coat whose highlights alone are drawn.
     pub facets_coat: f32,
-    /// Its perceptual roughness.
+    /// The perceptual roughness of that coat.
     pub facets_coat_roughness: f32,
     /// Least and greatest share of reflection by the angle.
     pub ramp: [f32; 2],
@@ -358,7 +358,7 @@ pub struct Surface {
 pub struct Level {
     /// Width and height in texels.
     pub size: [f32; 2],
-    /// Its first texel among those of all textures.
+    /// The level's first texel among those of all textures.
     pub first: u32,
     /// Texels from row to row.
     pub stride: u32,
@@ -368,7 +368,7 @@ pub struct Level {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct TextureRecord {
-    /// Of the finest level.
+    /// Width and height of the finest level, in texels.
     pub size: [f32; 2],
     /// The index of the coarsest level; below 0 where levels are not used.
     pub last_level: f32,
@@ -406,7 +406,7 @@ pub struct LightRecord {
     pub unused: [f32; 3],
 }
 
-/// What is the same for a whole frame.
+/// The values that are the same for a whole frame.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Frame {
@@ -422,11 +422,11 @@ pub struct Frame {
     pub order: u32,
     /// The step to the next column.
     pub right: [f32; 3],
-    /// Of the picture, in pixels.
+    /// The picture's width, in pixels.
     pub width: u32,
     /// The step to the next row.
     pub down: [f32; 3],
-    /// Of the picture, in pixels.
+    /// The picture's height, in pixels.
     pub height: u32,
     /// Lights in use.
     pub light_count: u32,
@@ -455,7 +455,7 @@ pub struct Frame {
     pub unused: f32,
 }
 
-/// What a pass of tiles works on.
+/// The path that a pass of tiles works on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Tiling {
@@ -481,7 +481,7 @@ pub struct Tiling {
 pub struct MirrorPath {
     /// The columns of the matrix from the scene to clip space.
     pub clip_from_scene: [[f32; 4]; 4],
-    /// Its product with `(p, 1)` is the distance of a point in front of the mirror.
+    /// The mirror's plane: the product with `(p, 1)` is how far a point `p` lies in front of the mirror.
     pub plane: [f32; 4],
     /// The mirror, from 1.
     pub mirror: u32,

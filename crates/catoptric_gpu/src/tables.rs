@@ -1,6 +1,6 @@
 //! A scene as flat tables for shaders.
 //!
-//! What moves is in [`SceneTables`]; textures and the environment, which do not, have tables of their own.
+//! [`SceneTables`] has everything that can move; textures and the environment, which cannot, have tables of their own.
 
 mod features;
 mod fields;
@@ -32,13 +32,13 @@ use catoptric::scene::{Role, Scene};
 pub struct Earlier<'a> {
     /// The scene then.
     pub scene: &'a Scene,
-    /// Its hierarchy.
+    /// The hierarchy over that scene.
     pub hierarchy: &'a Hierarchy,
     /// The shapes of its objects.
     pub shapes: &'a [ObjectShape],
 }
 
-/// What shaders read of a scene, beside lights, textures and environment.
+/// A scene as shaders read it, beside lights, textures and environment.
 #[derive(Clone, Debug)]
 pub struct SceneTables {
     /// All vertices.

@@ -137,7 +137,7 @@ fn tables_are_read_where_records_lie() {
     }
 }
 
-/// Those of tiles, of environment maps, of flat mirrors and of virtual geometry.
+/// The records of tiles, of environment maps, of flat mirrors and of virtual geometry.
 #[test]
 fn passes_read_their_own_records_as_they_are_written() {
     let tiling = record!("Tiling": Tiling { events, kinds, queue, traced_queue, shade_queue, some_known });

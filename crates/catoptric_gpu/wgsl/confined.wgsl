@@ -1,8 +1,8 @@
-// What is drawn where a picture shows something: hits one event further. The shader that includes this says what is
-// drawn: its `path` has a number and that of the path before (0: what is seen directly), its vertex stage is
-// `confined_corner`, and `is_seen` is true where it is shown.
+// Geometry that is drawn only where a picture shows something: hits one event further. The shader that includes this
+// says which geometry: its `path` has a number and that of the path before (0: what is seen directly), its vertex stage
+// is `confined_corner`, and `is_seen` is true where it is shown.
 
-// What is seen one event before: hits in two halves, and the number of the path.
+// The picture of one event before: hits in two halves, and the number of the path.
 @group(2) @binding(2) var before: texture_2d<u32>;
 @group(2) @binding(3) var before_samples: texture_multisampled_2d<u32>;
 
@@ -10,7 +10,7 @@ struct Corner {
     @builtin(position) position: vec4f,
     @location(0) @interpolate(flat, either) hit: u32,
     @location(1) @interpolate(perspective, sample) at: vec2f,
-    // What is below 0 is cut off.
+    // Parts below 0 are cut off.
     @location(2) @interpolate(perspective, sample) height: f32,
     // The number of the choice of blocks where no geometry goes on from there, or 0.
     @location(3) @interpolate(flat, either) blocks: u32,

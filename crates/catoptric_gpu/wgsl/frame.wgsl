@@ -16,7 +16,7 @@
 //#include "rough/grids.wgsl"
 //#include "tiles/followed.wgsl"
 
-// What grids of rays tell of rough mirrors: see `rough/grids.wgsl`.
+// The light of rough mirrors as grids of rays found it: see `rough/grids.wgsl`.
 @group(2) @binding(3) var<storage, read> rough_light: array<vec4f>;
 
 fn known_light(object: u32, position: vec2f) -> RoughLight {
@@ -25,7 +25,7 @@ fn known_light(object: u32, position: vec2f) -> RoughLight {
 
 // True if four samples hit one surface on each of their paths.
 fn is_one_bundle(cell: vec2u) -> bool {
-    // Of the paths whose hits are known: in the order of the table.
+    // Paths whose hits are known, a bit each, in the order of the table.
     var known = 1u;
     var is_one = frame.order <= frame.tiled_events;
     for (var events = 0u; events <= frame.order && is_one; events++) {
@@ -82,7 +82,7 @@ fn shade_four_samples(@builtin(global_invocation_id) invocation: vec3u) {
     textureStore(colors, pixel, vec4f(sum / f32(count), 1.0));
 }
 
-// What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.
+// The radiance that the shading of mirrors and glass in `tiles/followed.wgsl` asks for.
 fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f32, samples: u32) -> vec3f {
     return path_radiance(place, cell, ray, side, samples);
 }

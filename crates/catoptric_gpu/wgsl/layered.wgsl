@@ -37,7 +37,7 @@ fn distance_beyond(segment: Segment) -> f32 {
     return layers_distance(group_of_paths, segment.ray);
 }
 
-// What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.
+// The radiance that the shading of mirrors and glass in `tiles/followed.wgsl` asks for.
 fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f32, samples: u32) -> vec3f {
     var number = 0u;
     if triangle != NONE {

@@ -1,4 +1,4 @@
-// What appears at the ends of paths where the processor has found it: virtual geometry, drawn by hardware.
+// Virtual geometry, drawn by hardware: the appearances at the ends of paths, where the processor has found them.
 
 //#include "scene/records.wgsl"
 //#include "scene/texture.wgsl"

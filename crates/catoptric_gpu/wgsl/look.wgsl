@@ -16,7 +16,7 @@
 //#include "tiles/one_surface.wgsl"
 //#include "tiles/followed.wgsl"
 
-// What the shading of pixels that show mirrors and glass asks for: see `tiles/followed.wgsl`.
+// The radiance that the shading of mirrors and glass in `tiles/followed.wgsl` asks for.
 fn followed_radiance(place: vec2f, cell: vec2u, ray: u32, triangle: u32, side: f32, samples: u32) -> vec3f {
     return look_radiance(place, triangle, side, samples);
 }

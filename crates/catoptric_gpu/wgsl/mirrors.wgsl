@@ -1,4 +1,4 @@
-// What is seen in flat mirrors: the scene mirrored, where its mirror is seen, drawn by hardware.
+// The views in flat mirrors: the scene mirrored, drawn by hardware where its mirror is seen.
 
 //#include "scene/records.wgsl"
 //#include "scene/texture.wgsl"
@@ -12,7 +12,7 @@
 // The scene in a mirror.
 struct MirrorPath {
     clip_from_scene: mat4x4f,
-    // Its product with (p, 1) is the distance of a point in front of the mirror.
+    // The mirror's plane: the product with (p, 1) is the distance of a point p in front of it.
     plane: vec4f,
     // The mirror, from 1; the number of the path in which it is seen, and this path's own.
     mirror: u32,

@@ -1,4 +1,4 @@
-// What is seen directly: hits (see `tiles/cells.wgsl`), drawn by hardware.
+// The hits of rays from the eye (see `tiles/cells.wgsl`), drawn by hardware.
 
 //#include "scene/records.wgsl"
 //#include "scene/texture.wgsl"
@@ -11,8 +11,8 @@
 // Triangles without holes first: at equal depth they are seen.
 @group(1) @binding(0) var<storage, read> draw_order: array<u32>;
 
-// What has no holes is the same at all samples of a pixel: its fragments are drawn once, and there is nothing to be
-// interpolated. Both kinds have the same depths.
+// A triangle without holes is the same at all samples of a pixel: its fragments are drawn once, and there is nothing to
+// be interpolated. Both kinds have the same depths.
 struct SolidCorner {
     @builtin(position) @invariant position: vec4f,
     @location(0) @interpolate(flat, either) hit: u32,

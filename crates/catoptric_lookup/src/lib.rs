@@ -8,9 +8,7 @@ mod shared;
 /// For the tests of single parts alone: no promise is made of it.
 #[doc(hidden)]
 pub mod parts {
-    pub use crate::layered_environment_map::bake::stored::{
-        PartShells, face_texels, shells_of_bytes, shells_to_bytes, texels_of,
-    };
+    pub use crate::layered_environment_map::bake::stored::{face_texels, shells_of_bytes, shells_to_bytes, texels_of};
     pub use crate::layered_environment_map::bake::table::{LayersBatch, UnitTable};
     pub use crate::layered_environment_map::inference::direct::Missing;
     pub use crate::layered_environment_map::inference::least_squares::{Equations, Residual, Stop, solve};
@@ -20,18 +18,18 @@ pub mod parts {
     pub use crate::layered_environment_map::inference::{HIDDEN_WEIGHT, Inference, STOP, equations};
     pub use crate::layered_environment_map::mesh::welds::Welds;
     pub use crate::layered_environment_map::mesh::{AdaptiveMesh, Criteria, PatchLeaf, drawn};
+    pub use crate::layered_environment_map::shell::{Quad, RayLanes, Shell};
     pub use crate::layered_environment_map::shells::group_layers::GroupLayers;
     pub use crate::layered_environment_map::shells::groups::LensGroup;
-    pub use crate::layered_environment_map::shells::layer_geometry::LayerGeometry;
+    pub use crate::layered_environment_map::shells::layer_geometry::{LayerGeometry, PartShells};
     pub use crate::layered_environment_map::shells::layers::{LayerHit, LayerSpec, clusters, strata};
     pub use crate::layered_environment_map::shells::merging::merged_by_shape;
-    pub use crate::layered_environment_map::shells::shell::{Quad, RayLanes, Shell};
     pub use crate::layered_environment_map::shells::viewpoints::{Viewspace, picture_of};
+    pub use crate::layered_environment_map::texels::{Footprints, InTexels, TexelLayout, TexelTaps};
     pub use crate::layered_environment_map::textures::bounds::{DepthBounds, Range};
     pub use crate::layered_environment_map::textures::depths::{Depth, Depths};
     pub use crate::layered_environment_map::textures::distances::{Distances, HitLanes};
     pub use crate::layered_environment_map::textures::maps::{Layer, radiance};
-    pub use crate::layered_environment_map::textures::texels::{Footprints, InTexels, TexelLayout, TexelTaps};
     pub use crate::layered_environment_map::textures::texture::{LayerTexel, LayerTexture};
     pub use crate::light_field::layout::FieldLayout;
     pub use crate::light_field::layout::region_box::{BoxLayout, BoxRay, BoxSide};

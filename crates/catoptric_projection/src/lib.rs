@@ -10,6 +10,7 @@ pub mod path_perturbation;
 pub mod planar_mirror;
 pub mod reflector_search;
 pub mod sample_based_camera;
+mod virtual_object_method;
 
 /// For the tests of single parts alone: no promise is made of it.
 #[doc(hidden)]
@@ -33,7 +34,7 @@ pub mod parts {
     pub use crate::explosion_map::profile::SegmentBlock;
     pub use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
     pub use crate::find::tetrahedron_form::{FormBlock, FormWeights, PlaceAndLength, TetrahedronForm};
-    pub use crate::find::virtual_objects::facets::normal_errors;
+    pub use crate::find::virtual_objects::mesh::facets::normal_errors;
     pub use crate::find::virtual_objects::path_tree::{PathLimits, PathTree};
     pub use crate::find::virtual_objects::rays::{focal_points, seen_through};
     pub use crate::find::virtual_objects::{
@@ -47,14 +48,16 @@ pub mod parts {
     pub use crate::reflector_search::locator::ReflectorSearch;
     pub use crate::sample_based_camera::layout::words::{WordReader, WordWriter};
     pub use crate::sample_based_camera::morph::bake::NodeTable;
-    pub use crate::sample_based_camera::morph::cache::{AroundEye, PointCache};
-    pub use crate::sample_based_camera::morph::grid::{NodeGrid, Tetrahedron, node_counts};
-    pub use crate::sample_based_camera::morph::nodes::NodeKey;
+    pub use crate::sample_based_camera::morph::grid::{NodeGrid, Tetrahedron};
+    pub use crate::sample_based_camera::morph::node_key::NodeKey;
     pub use crate::sample_based_camera::morph::places::may_hide;
-    pub use crate::sample_based_camera::morph::sightings::Sightings;
-    pub use crate::sample_based_camera::morph::steady::between::half_way;
-    pub use crate::sample_based_camera::morph::steady::field::SightingField;
+    pub use crate::sample_based_camera::morph::sightings::around_eye::AroundEye;
+    pub use crate::sample_based_camera::morph::sightings::between::half_way;
+    pub use crate::sample_based_camera::morph::sightings::cache::PointCache;
+    pub use crate::sample_based_camera::morph::sightings::field::SightingField;
+    pub use crate::sample_based_camera::morph::sightings::lookout::Sightings;
     pub use crate::sample_based_camera::rays::primary_visibility::{PrimaryVisibility, VisibilityRow, polygon};
+    pub use crate::sample_based_camera::settings::node_counts;
 
     /// Faces of a cube of pictures about a point.
     pub mod cube {

@@ -27,7 +27,7 @@ const STEP: Duration = Duration::from_micros(16_667);
 const SECONDS: f32 = 6.0;
 
 fn main() {
-    // What cargo adds is no scene.
+    // Options that cargo adds are no scenes.
     let scenes: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with("--")).collect();
     let usual = ["builtin:sphere_room", "builtin:vase", "builtin:dish", "builtin:glass_sphere"].map(String::from);
     let adapter = std::env::var("CATOPTRIC_ADAPTER").ok();

@@ -5,13 +5,13 @@ use crate::error::GpuError;
 /// An adapter: a GPU, or a driver that draws on the processor, by one programming interface.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterDescription {
-    /// Its name.
+    /// The adapter's name.
     pub name: String,
     /// The interface: Vulkan, Metal, Dx12 or BrowserWebGpu.
     pub backend: String,
     /// The driver and its version.
     pub driver: String,
-    /// It is no GPU: a driver that draws on the processor.
+    /// True for a driver that draws on the processor, without a GPU.
     pub is_software: bool,
 }
 

@@ -2,7 +2,7 @@
 
 use super::adapter::{AdapterDescription, choose};
 use super::pipelines::Pipelines;
-use super::reading::{Label, Readback};
+use super::readback::{Label, Readback};
 use crate::error::GpuError;
 use bytemuck::Pod;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -95,7 +95,7 @@ impl Context {
         &self.device
     }
 
-    /// Its queue.
+    /// The device's queue.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
     }
@@ -127,7 +127,7 @@ impl Context {
     ) -> Result<Vec<T>, GpuError> {
         let size = (count * size_of::<T>()) as u64;
         let mut readback = Readback::default();
-        readback.buffer(self, &mut encoder, Label::Records, (source, offset, size));
+        readback.buffer(&self.device, &mut encoder, Label::Records, (source, offset, size));
         self.queue.submit([encoder.finish()]);
         readback.begin();
         self.wait()?;

@@ -1,16 +1,13 @@
 //! Methods drawn on a device.
 
 use super::context::Context;
-use super::frame::fields::DeviceFields;
-use super::frame::layers::DeviceLayers;
-use super::frame::maps::DeviceMaps;
-use super::frame::mirrors::DeviceMirrors;
-use super::frame::timer::Timer;
-use super::frame::virtual_mesh::{OnDevice, Search};
-use super::frame::{self, Drawing, Found, Geometry, Sight, VertexAppearance};
+use super::failure::failed;
+use super::frame::{self, DeviceFields, DeviceLayers, DeviceMaps, DeviceMirrors, Drawing, DrawnScene, Found, Geometry};
+use super::frame::{OnDevice, Reflections, Search, Sight, Timer, VertexAppearance};
 use super::projection::{PreparedProjection, Projection};
-use super::reading::{Encoding, Readback, Reading};
-use super::upload::{DeviceScene, Reflections};
+use super::readback::Readback;
+use super::reading::{Encoding, Reading};
+use super::scene::DeviceScene;
 use crate::error::GpuError;
 use crate::tables::Moved;
 use catoptric::clock::Stopwatch;
@@ -74,7 +71,7 @@ fn search_on_device(id: &str, settings: &toml::Table) -> Result<Option<Search>, 
     })
 }
 
-/// What becomes of light at mirrors and glass.
+/// How light at mirrors and glass is found.
 #[derive(Clone)]
 enum Way {
     /// Rays are followed.
@@ -92,20 +89,20 @@ enum Way {
     Project(Arc<dyn Method>, Option<Search>),
 }
 
-/// The method that looks light up in environment maps.
+/// The id of the method that looks light up in environment maps.
 const ENVIRONMENT_MAP: &str = "environment_map";
-/// That which looks it up in light fields.
+/// The id of the one that looks light up in light fields.
 const LIGHT_FIELD: &str = "light_field";
-/// And in layers.
+/// The id of the one that looks light up in layers.
 const LAYERED_MAP: &str = "layered_environment_map";
-/// And that which mirrors the scene.
+/// The id of the method that mirrors the scene in flat mirrors.
 const PLANAR_MIRROR: &str = "planar_mirror";
 
-/// Those that devices can do.
+/// The ids of the methods whose virtual geometry devices themselves can find.
 const REFLECTOR_SEARCH: &str = "reflector_search";
 const EXPLOSION_MAP: &str = "explosion_map";
 
-/// Those that follow rays; the second chooses others on the processor.
+/// The ids of the methods that follow rays; the second one chooses others on the processor.
 const MULTIPERSPECTIVE: &str = "multiperspective";
 const AUTO: &str = "auto";
 
@@ -129,8 +126,8 @@ pub(crate) struct PreparedScene {
     pub(crate) method: DeviceMethod,
     scene: Arc<Scene>,
     quality: Quality,
-    resident: DeviceScene,
-    /// What light fields were captured, and where from, if not from the scene.
+    drawn_scene: DrawnScene,
+    /// The light fields, where the method looks light up in these.
     fields: Option<LightFields>,
     /// The layers of the views so far.
     layers: Option<LayeredMaps>,
@@ -145,7 +142,7 @@ pub(crate) struct DeviceFrame<'a> {
     method: &'a DeviceMethod,
     scene: &'a Scene,
     quality: Quality,
-    resident: &'a DeviceScene,
+    drawn_scene: &'a DrawnScene,
     /// Where the device finds virtual geometry.
     found: Option<Found>,
     projection: Projection<'a>,
@@ -189,7 +186,7 @@ impl DeviceMethod {
         if matches!(self.way, Way::Follow) && (0..scene.objects.len() as u32).any(has_lobes) {
             return Err(self.refuse("surfaces whose reflections depend on textures or are partly clear need the CPU"));
         }
-        let Loaded { resident, fields, layers, mut report } =
+        let Loaded { drawn_scene, fields, layers, mut report } =
             self.load(scene, quality, bake.as_ref(), None, progress)?;
         let projection = match &self.way {
             Way::Project(method, _) => Some(method.prepare(scene, quality, bake.clone(), progress)?),
@@ -198,19 +195,19 @@ impl DeviceMethod {
         report.add(projection.as_ref().map(|projection| projection.report().clone()).unwrap_or_default());
         let projection = projection.map(PreparedProjection::new);
         let (method, scene) = (self.clone(), scene.clone());
-        Ok(PreparedScene { method, scene, quality, resident, fields, layers, bake, projection, report })
+        Ok(PreparedScene { method, scene, quality, drawn_scene, fields, layers, bake, projection, report })
     }
 }
 
 /// A scene that has been loaded.
 struct Loaded {
-    resident: DeviceScene,
+    drawn_scene: DrawnScene,
     fields: Option<LightFields>,
     layers: Option<LayeredMaps>,
     report: Report,
 }
 
-/// What `auto` chooses on a device.
+/// The choices that `auto` reports on a device: one method for all mirrors and glass.
 fn choices(scene: &Scene) -> Vec<Choice> {
     let choice = |object: u32| Choice {
         object: scene.objects[object as usize].name.clone(),
@@ -218,11 +215,6 @@ fn choices(scene: &Scene) -> Vec<Choice> {
         reason: "the one on the GPU".into(),
     };
     scene.specular_objects().into_iter().map(choice).collect()
-}
-
-/// A failure of the device as that of a method.
-pub(crate) fn failed(info: &'static MethodInfo, error: &GpuError) -> RenderError {
-    RenderError::Limit { method: info.id, problem: error.to_string() }
 }
 
 impl DeviceMethod {
@@ -260,7 +252,7 @@ impl DeviceMethod {
         // Before anything is captured, which takes longer: what cannot be drawn is refused here.
         let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
         let watch = Stopwatch::new();
-        let reflections = match way {
+        let mut reflections = match way {
             Way::Mirror(settings) => {
                 let (mirrors, of_mirrors) = DeviceMirrors::new(context, scene, settings).map_err(refuse)?;
                 report = of_mirrors;
@@ -270,12 +262,14 @@ impl DeviceMethod {
             // Maps, light fields and layers are captured below.
             Way::Follow | Way::LookUp(_) | Way::Fields(_) | Way::Layers(_) => Reflections::Followed,
         };
-        let before = old.map(|old| &old.resident);
-        let mut resident = DeviceScene::new(context, scene, before, reflections).map_err(refuse)?;
+        let before = old.map(|old| &old.drawn_scene.resident);
+        let shows = |triangle| reflections.show(triangle);
+        let narrowed = |features| reflections.narrowed(features);
+        let resident = DeviceScene::new(context, scene, before, shows, narrowed).map_err(refuse)?;
         let mut bytes = resident.byte_count;
         if let Way::Project(_, Some(search)) = way {
             let on_device = OnDevice::new(context, scene, &resident, *search).map_err(refuse)?;
-            resident.reflections = Reflections::Projected(on_device);
+            reflections = Reflections::Projected(on_device);
         }
         report.stages_ms.push(("upload", watch.elapsed_ms()));
         stage.advance(1)?;
@@ -285,7 +279,7 @@ impl DeviceMethod {
             let upload = std::mem::replace(&mut report, of_maps);
             report.stages_ms.extend(upload.stages_ms);
             bytes += loaded.byte_count;
-            resident.reflections = Reflections::LookedUp(loaded);
+            reflections = Reflections::LookedUp(loaded);
         }
         let mut fields = None;
         if let Way::Fields(settings) = way {
@@ -293,12 +287,12 @@ impl DeviceMethod {
             let (captured, of_fields) = LightFields::new(settings, scene, quality, bake, before, progress)?;
             let watch = Stopwatch::new();
             let traces = settings.transfer == Transfer::Traced;
-            let before = old.and_then(|old| old.resident.reflections.fields());
+            let before = old.and_then(|old| old.drawn_scene.reflections.fields());
             let loaded = DeviceFields::new(context, scene, &resident, (&captured, traces), before).map_err(refuse)?;
             report.add(of_fields);
             report.stages_ms.push(("upload_fields", watch.elapsed_ms()));
             bytes += loaded.byte_count;
-            resident.reflections = Reflections::Fields(loaded);
+            reflections = Reflections::Fields(loaded);
             fields = Some(captured);
         }
         let mut layers = None;
@@ -311,24 +305,25 @@ impl DeviceMethod {
         if info.id == AUTO {
             report.choices = choices(scene);
         }
-        Ok(Loaded { resident, fields, layers, report })
+        let drawn_scene = DrawnScene::new(resident, reflections, old.map(|old| &old.drawn_scene));
+        Ok(Loaded { drawn_scene, fields, layers, report })
     }
 }
 
 impl PreparedScene {
     /// Infers the layers that a view looks up, where there are any, and loads them.
     fn load_layers(&mut self, view: &View, progress: &dyn Progress) -> Result<Report, RenderError> {
-        let Self { method, scene, resident, layers, .. } = self;
+        let Self { method, scene, drawn_scene: DrawnScene { resident, reflections, .. }, layers, .. } = self;
         let Some(layers) = layers else { return Ok(Report::default()) };
         let mut report = layers.infer(view, progress)?;
         let refuse = |error: GpuError| failed(method.info, &error);
         let watch = Stopwatch::new();
-        if let Reflections::Layers(loaded) = &mut resident.reflections {
+        if let Reflections::Layers(loaded) = reflections {
             loaded.update(&method.context, layers, view).map_err(refuse)?;
         } else {
             let loaded = DeviceLayers::new(&method.context, scene, resident, layers, view).map_err(refuse)?;
             report.bytes.insert("gpu_layers", loaded.byte_count);
-            resident.reflections = Reflections::Layers(Box::new(loaded));
+            *reflections = Reflections::Layers(Box::new(loaded));
         }
         report.stages_ms.push(("upload_layers", watch.elapsed_ms()));
         Ok(report)
@@ -338,9 +333,9 @@ impl PreparedScene {
 impl PreparedScene {
     /// Where vertices appear, if the device finds that.
     pub(crate) fn vertex_appearances(&self, view: &View) -> Result<Option<Vec<VertexAppearance>>, RenderError> {
-        let Self { method: DeviceMethod { context, info, .. }, scene, quality, resident, .. } = self;
-        let found = Found::new(context, resident, scene, view).map_err(|error| failed(info, &error))?;
-        let look = |found: Found| frame::vertex_appearances(context, resident, (scene, view, *quality), &found);
+        let Self { method: DeviceMethod { context, info, .. }, scene, quality, drawn_scene, .. } = self;
+        let found = Found::new(context, drawn_scene, scene, view).map_err(|error| failed(info, &error))?;
+        let look = |found: Found| frame::vertex_appearances(context, drawn_scene, (scene, view, *quality), &found);
         found.map(look).transpose().map_err(|error| failed(info, &error))
     }
 
@@ -348,9 +343,9 @@ impl PreparedScene {
     fn move_to(&mut self, scene: &Arc<Scene>, moved: &Moved) -> Result<(), RenderError> {
         let DeviceMethod { context, info, .. } = &self.method;
         let watch = Stopwatch::new();
-        self.resident.move_to(context, scene, moved).map_err(|error| failed(info, &error))?;
+        self.drawn_scene.resident.move_to(context, scene, moved).map_err(|error| failed(info, &error))?;
         let mut report = Report { stages_ms: vec![("upload", watch.elapsed_ms())], ..Report::default() };
-        report.bytes.insert("gpu", self.resident.byte_count);
+        report.bytes.insert("gpu", self.drawn_scene.resident.byte_count);
         if info.id == AUTO {
             report.choices = choices(scene);
         }
@@ -358,15 +353,16 @@ impl PreparedScene {
         Ok(())
     }
 
-    /// What it takes to draw a view.
+    /// One view, ready to be drawn.
     pub(crate) fn device_frame(
         &mut self,
         view: &View,
         progress: &dyn Progress,
     ) -> Result<DeviceFrame<'_>, RenderError> {
         let of_layers = self.load_layers(view, progress)?;
-        let Self { method, scene, quality, resident, projection, .. } = self;
-        let found = Found::new(&method.context, resident, scene, view).map_err(|error| failed(method.info, &error))?;
+        let Self { method, scene, quality, drawn_scene, projection, .. } = self;
+        let found =
+            Found::new(&method.context, drawn_scene, scene, view).map_err(|error| failed(method.info, &error))?;
         let mut projection = Projection::new(projection.as_mut());
         if found.is_none() {
             projection.build(view, progress)?;
@@ -374,7 +370,7 @@ impl PreparedScene {
         let mut report = projection.frame().map(|frame| frame.report().clone()).unwrap_or_default();
         report.add(of_layers);
         let (quality, view) = (*quality, view.clone());
-        Ok(DeviceFrame { method, scene, quality, resident, found, projection, view, report })
+        Ok(DeviceFrame { method, scene, quality, drawn_scene, found, projection, view, report })
     }
 }
 
@@ -386,8 +382,8 @@ impl Prepared for PreparedScene {
     fn update(&mut self, scene: &Arc<Scene>, quality: Quality, progress: &dyn Progress) -> Result<(), RenderError> {
         frame::check_quality(quality).map_err(|error| failed(self.method.info, &error))?;
         let changes_in_place = matches!(self.method.way, Way::Follow | Way::Project(..));
-        let moved = if changes_in_place { self.resident.moved_to(scene) } else { None };
-        // What may be refused comes first; what changes in place, last.
+        let moved = if changes_in_place { self.drawn_scene.resident.moved_to(scene) } else { None };
+        // Steps that may be refused come first, and changes in place last.
         let loaded = match &moved {
             Some(_) => None,
             None => Some(self.method.load(scene, quality, self.bake.as_ref(), Some(self), progress)?),
@@ -395,13 +391,13 @@ impl Prepared for PreparedScene {
         let mut of_projection = Report::default();
         if let Some(projection) = &mut self.projection {
             projection.update_later(scene, quality);
-            let resident = loaded.as_ref().map_or(&self.resident, |loaded| &loaded.resident);
-            if matches!(resident.reflections, Reflections::Projected(None)) {
+            let drawn_scene = loaded.as_ref().map_or(&self.drawn_scene, |loaded| &loaded.drawn_scene);
+            if matches!(drawn_scene.reflections, Reflections::Projected(None)) {
                 of_projection = projection.updated(progress)?.report().clone();
             }
         }
-        if let Some(Loaded { resident, fields, layers, report }) = loaded {
-            (self.resident, self.fields, self.layers, self.report) = (resident, fields, layers, report);
+        if let Some(Loaded { drawn_scene, fields, layers, report }) = loaded {
+            (self.drawn_scene, self.fields, self.layers, self.report) = (drawn_scene, fields, layers, report);
         }
         if let Some(moved) = moved {
             self.move_to(scene, &moved)?;
@@ -429,13 +425,14 @@ impl DeviceFrame<'_> {
         timer: &mut Timer,
         progress: &dyn Progress,
     ) -> Result<Drawing, RenderError> {
-        let Self { method: DeviceMethod { context, .. }, scene, quality, resident, found, projection, view, .. } = self;
+        let Self { method: DeviceMethod { context, .. }, scene, quality, drawn_scene, found, projection, view, .. } =
+            self;
         let lists = projection.frame().filter(|_| found.is_none());
         let lists = lists.map(|frame| frame.path_lists(progress)).transpose()?.flatten();
         let of_lists = lists.as_ref().map(|lists| lists.report.clone());
         let geometry = found.as_ref().map(Geometry::OnDevice).or(lists.as_ref().map(Geometry::Lists));
         let sight = Sight { scene, view, quality: *quality, geometry };
-        let drawing = frame::encode(context, resident, sight, encoder, timer);
+        let drawing = frame::encode(context, drawn_scene, sight, encoder, timer);
         let mut drawing = drawing.map_err(|error| self.failed(&error))?;
         let of_drawing = std::mem::replace(&mut drawing.report, of_lists.unwrap_or_default());
         drawing.report.add(of_drawing);
@@ -456,10 +453,10 @@ impl DeviceFrame<'_> {
         let watch = Stopwatch::new();
         let mut readback = Readback::default();
         match encoding {
-            Encoding::Linear => readback.picture(&context, &mut encoder, (drawing.colors(), 16)),
+            Encoding::Linear => readback.picture(&context.device, &mut encoder, (drawing.colors(), 16)),
             Encoding::Srgba8 => {
                 let picture = drawing.shown(&context, &mut encoder, display);
-                readback.picture(&context, &mut encoder, (&picture, 4));
+                readback.picture(&context.device, &mut encoder, (&picture, 4));
             }
         }
         drawing.copy_counts(&context, &mut encoder, &mut readback);

@@ -2,16 +2,16 @@
 
 mod adapter;
 mod context;
+mod failure;
 mod frame;
-mod kept;
 mod method;
-mod moving;
 mod pipelines;
 mod presenting;
 mod projection;
+mod readback;
 mod reading;
 mod renderer;
-mod upload;
+mod scene;
 
 pub use adapter::{AdapterDescription, adapters};
 pub use context::Context;

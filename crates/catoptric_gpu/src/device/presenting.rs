@@ -1,8 +1,8 @@
-//! What was drawn as it is shown: with an exposure and a tone curve, on targets of any format.
+//! The showing of pictures: with an exposure and a tone curve, on targets of any format.
 
 use super::context::Context;
 use super::frame::Drawing;
-use super::upload::group;
+use super::pipelines::group;
 use bytemuck::{Pod, Zeroable};
 use catoptric::tone::{Display, ToneCurve};
 use wgpu::util::DeviceExt;

@@ -6,7 +6,7 @@ use catoptric::progress::{Progress, Silent};
 use catoptric::scene::{Scene, View};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// What a method that projects has prepared, perhaps for an earlier moment of the scene.
+/// The data that a method that projects has prepared, perhaps for an earlier moment of the scene.
 pub(super) struct PreparedProjection {
     prepared: Box<dyn Prepared>,
     /// The moment that it is to follow.
@@ -18,12 +18,12 @@ impl PreparedProjection {
         Self { prepared, pending: None }
     }
 
-    /// It follows the scene when it is needed: where devices find virtual geometry, perhaps never.
+    /// Has the data follow the scene when it is needed: where devices find virtual geometry, perhaps never.
     pub(super) fn update_later(&mut self, scene: &Arc<Scene>, quality: Quality) {
         self.pending = Some((scene.clone(), quality));
     }
 
-    /// It, at the moment of the scene that it is to follow.
+    /// The data at the moment of the scene that it is to follow.
     pub(super) fn updated(&mut self, progress: &dyn Progress) -> Result<&mut dyn Prepared, RenderError> {
         if let Some((scene, quality)) = &self.pending {
             self.prepared.update(scene, *quality, progress)?;
@@ -33,7 +33,7 @@ impl PreparedProjection {
     }
 }
 
-/// That part of a view, if there is one.
+/// The processor's part of a view, if there is one.
 pub(super) struct Projection<'a> {
     prepared: Mutex<Option<&'a mut PreparedProjection>>,
     frame: OnceLock<Result<Option<Box<dyn Frame + 'a>>, RenderError>>,
@@ -56,12 +56,12 @@ impl<'a> Projection<'a> {
         Ok(())
     }
 
-    /// It, if it has been made.
+    /// The frame of that part, if it has been made.
     pub(super) fn frame(&self) -> Option<&(dyn Frame + 'a)> {
         self.frame.get()?.as_ref().ok()?.as_deref()
     }
 
-    /// It, made now if need be.
+    /// The frame of that part, made now if need be.
     pub(super) fn frame_of(&self, view: &View) -> Result<Option<&(dyn Frame + 'a)>, &RenderError> {
         self.frame.get_or_init(|| self.made(view, &Silent)).as_ref().map(Option::as_deref)
     }

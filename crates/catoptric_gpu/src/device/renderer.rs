@@ -1,7 +1,6 @@
 //! Drawing into textures of the caller's, among other work: for engines and windows.
 
-use super::frame::VertexAppearance;
-use super::frame::timer::Timer;
+use super::frame::{Timer, VertexAppearance};
 use super::method::{DeviceMethod, PreparedScene};
 use super::reading::{Encoding, Reading};
 use catoptric::error::RenderError;

@@ -49,7 +49,7 @@ pub struct FieldRegion {
 pub struct FieldSlab {
     /// The first view's coordinates across the axis.
     pub low: [f32; 2],
-    /// Its coordinate along the axis.
+    /// The coordinate of all views along the axis.
     pub plane: f32,
     /// The parallax of the focal plane.
     pub focal: f32,
@@ -91,13 +91,13 @@ pub struct Layer {
     pub high: [f32; 3],
     /// Six, or one of a quad.
     pub faces: u32,
-    /// Of a quad, to the right over its squared length.
+    /// A quad's way from its middle to the right edge, over its squared length.
     pub right: [f32; 3],
     /// The smallest share at which something begins.
     pub least: f32,
-    /// Of a quad, upwards over its squared length.
+    /// A quad's way from its middle to the upper edge, over its squared length.
     pub up: [f32; 3],
-    /// The largest.
+    /// The largest share at which something begins.
     pub most: f32,
     /// Not 0: texels have depths.
     pub has_depths: u32,

@@ -35,9 +35,9 @@ pub struct Grids {
 
 /// Bytes of a cell: what its ray meets, and what is near in its row.
 pub const WORD_BYTES: u64 = 4;
-/// Of a ray that leaves a mirror.
+/// Bytes of a ray that leaves a mirror.
 pub const PASSAGE_BYTES: u64 = 64;
-/// Of a rough mirror's light, and of the shape of its lobe.
+/// Bytes of a rough mirror's light, and of the shape of its lobe.
 pub const LIGHT_BYTES: u64 = 32;
-/// Of what a ray shows, and of a mean.
+/// Bytes of the radiance that a ray shows, and of a mean of these.
 pub const SHARP_BYTES: u64 = 16;

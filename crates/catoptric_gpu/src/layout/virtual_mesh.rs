@@ -17,11 +17,11 @@ pub struct Reflection {
     pub clip_from_world: [[f32; 4]; 4],
     /// The corner of the part of the view's picture that this shows, in pixels.
     pub low: [f32; 2],
-    /// Its size.
+    /// The size of that part, in pixels.
     pub size: [f32; 2],
-    /// The corners of what of that lies in the view's picture.
+    /// The corner of the area of that part that lies in the view's picture, in pixels.
     pub shown_low: [f32; 2],
-    /// The other one.
+    /// The opposite corner of that area.
     pub shown_high: [f32; 2],
     /// The lower corner of the reflector's box.
     pub box_low: [f32; 3],
@@ -49,7 +49,7 @@ pub struct Reflection {
     pub own_triangles: [u32; 2],
     /// Vertices of the scene.
     pub vertex_count: u32,
-    /// Its triangles.
+    /// Triangles of the scene.
     pub triangle_count: u32,
     /// Room for appearances,
     pub most_appearances: u32,
@@ -97,7 +97,7 @@ pub struct Point {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Appearance {
-    /// Its place in the picture.
+    /// The place in the picture, in pixels.
     pub image_px: [f32; 2],
     /// The homogeneous coordinate.
     pub w: f32,
@@ -117,7 +117,7 @@ pub struct Appearance {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Piece {
-    /// Its corners among the points.
+    /// The piece's corners among the points.
     pub corners: [u32; 3],
     /// The triangle.
     pub source: u32,

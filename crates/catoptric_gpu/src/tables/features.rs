@@ -1,4 +1,4 @@
-//! What a scene has: the rest is left out of the code that draws it.
+//! The features that a scene has: the code that draws it leaves the others out.
 
 use crate::layout::{BINDINGS, BindingPlace, EXPRESSION, NONE, Surface, surface_flags as flags};
 use catoptric::scene::{Role, Scene};
@@ -39,11 +39,11 @@ const LISTS: &str = "HAS_LISTS";
 const TURNS: &str = "HAS_TURNS";
 /// Some mirrors or coats are rough.
 const ROUGH: &str = "HAS_ROUGH";
-/// Those that decide where rays go; the last ones if normal maps turn these.
+/// The features that decide where rays go, and those that do so too where normal maps turn rays.
 const OF_RAYS: [&str; 8] = [LENSES, "HAS_EXACT", HOLES, "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, ROUGH, LISTS];
 const OF_TURNED_RAYS: [&str; 2] = ["HAS_NORMAL_MAPS", "HAS_SECOND_UVS"];
 
-/// What a scene has.
+/// The features that a scene has: each is a constant of the shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SceneFeatures {
     has: [bool; COUNT],
@@ -119,14 +119,14 @@ impl SceneFeatures {
         Self { has: self.those(|name| ![LENSES, TURNS, ROUGH].contains(&name)), ..self }
     }
 
-    /// Those alone that decide where rays go.
+    /// The features alone that decide where rays go.
     pub fn of_rays(&self) -> Self {
         let turns = self.has_any(&[TURNS]);
         let decides = |name: &str| OF_RAYS.contains(&name) || turns && OF_TURNED_RAYS.contains(&name);
         Self { has: self.those(decides), bindings_used: 0 }
     }
 
-    /// What there is of the named features.
+    /// The features that the scene has among those that are named.
     fn those(&self, is_named: impl Fn(&str) -> bool) -> [bool; COUNT] {
         std::array::from_fn(|index| self.has[index] && is_named(NAMES[index]))
     }

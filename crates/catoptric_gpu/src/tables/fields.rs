@@ -10,7 +10,7 @@ use catoptric::scene::Scene;
 /// Slabs of a region.
 const SLABS: usize = 6;
 
-/// What shaders read of a scene's light fields, beside the pictures of slabs.
+/// A scene's light fields as shaders read them, beside the pictures of slabs.
 #[derive(Clone, Debug)]
 pub struct FieldTables {
     /// The environment maps of objects that lie in no region, and the regions of the others.

@@ -8,7 +8,7 @@ use catoptric::methods::lookup::layered_environment_map::{LayerTables, ShellShap
 /// More than any share of a shell.
 const FAR: f32 = 3e38;
 
-/// What shaders read of layers.
+/// The layers of a view as shaders read them.
 #[derive(Clone, Debug, Default)]
 pub struct LayerMaps {
     /// The groups; their first layers count from the first of `layers`, until [`Self::table`] puts them together.

@@ -42,23 +42,23 @@ pub fn light_records(scene: &Scene) -> Result<Vec<LightRecord>, GpuError> {
 pub struct EnvironmentTexels {
     /// Width and height of the picture.
     pub size: [u32; 2],
-    /// Its radiance.
+    /// The environment's radiance: red, green, blue and 0 a texel, rows from the top.
     pub picture: Vec<[f32; 4]>,
     /// Width and height of the picture that holds all maps, one above the other.
     pub maps_size: [u32; 2],
-    /// Its texels.
+    /// The texels of that picture, rows from the top.
     pub maps: Vec<[f32; 4]>,
-    /// Where they are in it.
+    /// Where the maps are in it.
     pub places: EnvironmentPlaces,
 }
 
 /// Where an environment's maps are in the picture that holds them: width, height and first row of each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EnvironmentPlaces {
-    /// Of light by direction; the fourth number of the first is that of reductions, of the second
-    /// [`Environment::turn`], as its bits.
+    /// The maps of light by direction. The fourth number of the first map counts the reductions, that of the second
+    /// one has the bits of [`Environment::turn`].
     pub maps: [[u32; 4]; ENVIRONMENT_MAPS],
-    /// Of the picture, ever smaller.
+    /// The reductions of the environment's picture, ever smaller.
     pub reductions: [[u32; 4]; MAX_REDUCTIONS],
 }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// The maps of all objects, and the texels of their cubes.
 #[derive(Clone, Debug, Default)]
 pub struct MapTables {
-    /// Of every object.
+    /// The record of every object.
     pub records: Vec<ReflectorMap>,
     /// Cube by cube, as [`CubeMap::texels`].
     pub texels: Vec<[f32; 4]>,

@@ -1,4 +1,4 @@
-//! What has moved between two moments of a scene.
+//! Objects that have moved between two moments of a scene.
 
 use super::{SceneTables, surface_records, surfaces, vertex};
 use crate::hierarchy::{Hierarchy, MovedPlaces};
@@ -13,13 +13,13 @@ const VERTICES_AT_ONCE: usize = 2048;
 /// The objects that differ between two moments of a scene in the places of their vertices, and nothing else but lights.
 #[derive(Clone, Debug)]
 pub struct Moved {
-    /// Whether each object does.
+    /// For every object of the scene, true if it differs.
     pub objects: Vec<bool>,
 }
 
 impl Moved {
-    /// What has moved; `None` if other things have changed, too, such as which triangles have an extent, by the
-    /// hierarchy over all of them.
+    /// The objects that have moved; `None` if other things have changed, too, such as which triangles have an extent:
+    /// the hierarchy over all of them says which had one.
     pub fn between(before: &Scene, now: &Scene, hierarchy: &Hierarchy) -> Option<Self> {
         let is_same_object = |(a, b): (&Object, &Object)| {
             let surfaces = [a, b].map(|object| object.surface.is_some());
@@ -56,7 +56,7 @@ impl Moved {
         scene.objects.iter().zip(&self.objects).filter_map(|(object, moved)| moved.then_some(object))
     }
 
-    /// Whether an object has.
+    /// True if an object has moved.
     pub fn has(&self, object: u32) -> bool {
         self.objects[object as usize]
     }

@@ -207,7 +207,7 @@ fn bindings(scene: &Scene, material: &Material) -> [Binding; BINDINGS] {
 /// The record of a surface given by a formula.
 fn exact(placed: &PlacedSurface, programs: &mut Programs) -> ExactSurface {
     let place = &placed.world_from_surface;
-    // Of second degree: what holds at the centre to second order holds everywhere.
+    // A polynomial of second degree is known everywhere by its value and derivatives at the centre.
     let polynomial = || {
         let Taylor2 { value, gradient, hessian } = placed.taylor2(place.translation);
         ExactSurface {

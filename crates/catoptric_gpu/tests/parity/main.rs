@@ -102,9 +102,9 @@ mod pictures {
                 };
                 let is_possible = |info: &MethodInfo| match info.id {
                     "auto" => false,
-                    // What has been found is always drawn in the same way.
+                    // Geometry that has been found is drawn in the same way at all qualities.
                     id if PROJECTING.contains(&id) => (order, samples) == (2, 4),
-                    // Of several samples the processor shades those of one triangle of its mesh at once.
+                    // The processor shades the samples of a pixel that show one triangle of its mesh at once.
                     LAYERED => samples == 1,
                     "multiperspective" => true,
                     // Both orders and numbers of samples, but not every pair of them.
@@ -264,12 +264,12 @@ mod pictures {
         }
     }
 
-    /// Whether something is rough or bumpy.
+    /// True if something is rough or bumpy.
     fn spreads_light(scene: &Scene) -> bool {
         (0..scene.objects.len() as u32).any(|object| scene.material_of(object).may_spread_light())
     }
 
-    /// Whether a method has drawn rough or bumpy surfaces as smooth ones.
+    /// True if a method has drawn rough or bumpy surfaces as smooth ones.
     fn is_smoothed(report: &Report) -> bool {
         report.warnings.iter().any(|warning| warning.contains("smooth ones"))
     }
@@ -321,7 +321,7 @@ mod pictures {
 
     /// The pixels of which a channel is off.
     fn wrong(picture: &Framebuffer, other: &Framebuffer) -> Vec<bool> {
-        // What is not a number is wrong, too.
+        // Channels that are not numbers are wrong, too.
         let is_right = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).all(|channel| (a[channel] - b[channel]).abs() <= WRONG);
         picture.pixels.iter().zip(&other.pixels).map(|pair| !is_right(pair)).collect()
     }

@@ -111,7 +111,7 @@ fn compare(context: &Arc<Context>, id: &str) -> Result<(), Failed> {
             wrong += usize::from(error > MOST_PX);
             worst = worst.max(error);
         }
-        // What the ball neither hides nor almost hides appears in it, once.
+        // Every point that the ball neither hides nor almost hides appears in it once.
         let own = &scene.objects[object as usize].vertices;
         for (vertex, position) in (0..).zip(&scene.positions) {
             let way = position.as_dvec3() - ball.eye;

@@ -9,14 +9,14 @@ use libtest_mimic::Failed;
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroupEntry, BindingResource, Buffer, BufferUsages, TextureFormat, TextureView};
 
-/// What the first two groups of a scene's shaders read.
+/// The resources that the first two groups of a scene's shaders read.
 pub(crate) struct SceneResources {
     /// At bindings 1 to 8.
     views: Vec<TextureView>,
     hierarchy: [TextureView; 2],
     frame: Buffer,
     lights: Buffer,
-    /// What the shaders' constants are.
+    /// The names and values of the shaders' constants.
     pub(crate) constants: Vec<(&'static str, f64)>,
 }
 
@@ -82,7 +82,7 @@ impl SceneResources {
         Ok(Self { views, hierarchy, frame, lights, constants })
     }
 
-    /// Those of the first group at some bindings: tests' pipelines have no others than they read.
+    /// The entries of the first group at some bindings: tests' pipelines have no others than they read.
     pub(crate) fn of_scene(&self, bindings: &[u32]) -> Vec<BindGroupEntry<'_>> {
         let resource = |binding: u32| match binding {
             0 => self.frame.as_entire_binding(),

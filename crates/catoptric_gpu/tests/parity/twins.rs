@@ -69,7 +69,7 @@ fn inputs() -> Vec<Input> {
     (0..COUNT).map(|_| input()).collect()
 }
 
-/// What the library gives.
+/// The library's results.
 fn expected(given: &Input) -> Output {
     let facing = Facing::new(given.direction, given.geometric, given.shading);
     let outgoing = |kind| facing.outgoing(kind, given.direction, given.eta).unwrap_or(Vec3::ZERO);
@@ -129,7 +129,7 @@ fn compare(context: &Context) -> Result<(), Failed> {
     }
 }
 
-/// What the shaders give.
+/// The shaders' results.
 fn evaluate(context: &Context, inputs: &[Input]) -> Result<Vec<Output>, Failed> {
     run(context, "twins/events.wgsl", &[], inputs, &[], &[])
 }

@@ -1,4 +1,4 @@
-//! What rays meet, and the exact places there: in shaders, by the library, and by all triangles one by one.
+//! Encounters of rays, and the exact places there: in shaders, by the library, and by all triangles one by one.
 
 use super::resources::SceneResources;
 use super::twins::run;
@@ -115,7 +115,7 @@ fn corners(scene: &Scene, triangle: u32) -> [DVec3; 3] {
     scene.triangles[triangle as usize].map(|vertex| scene.positions[vertex as usize].as_dvec3())
 }
 
-/// What the library gives at a triangle; the changes of its weights are differences of places in its plane.
+/// The library's encounter with a triangle; the changes of its weights are differences of places in its plane.
 fn expected(scene: &Scene, given: &Input, triangle: u32) -> Output {
     let corners = corners(scene, triangle);
     let at = |step: f64, [origin, direction]: [Vec3; 2]| {
@@ -147,8 +147,8 @@ fn expected(scene: &Scene, given: &Input, triangle: u32) -> Output {
     }
 }
 
-/// What is compared, and how far each may be off, as shares of what it is compared with and of the least that counts:
-/// single precision, more of it lost at grazing rays, where changes are large.
+/// Quantities that are compared: how far each may be off, as a share of its size, and the least size that counts.
+/// Single precision, more of it lost at grazing rays, where changes are large.
 const LIMITS: [(&str, f32, f32); 5] = [
     ("distance", 1e-5, 1.0),
     ("position", 1e-5, 1.0),

@@ -13,7 +13,7 @@ use libtest_mimic::{Failed, Trial};
 use std::sync::Arc;
 
 const COUNT: usize = 100_000;
-/// Of differences, as a share of what is compared and 1.
+/// The largest difference that is allowed, as a share of 1 plus the size of what is compared.
 const TOLERANCE: f32 = 1e-3;
 /// The share of inputs that may be off by more: where rounding decides on another number of probes in a texture, or on
 /// another side of a surface.
@@ -103,7 +103,7 @@ fn inputs(scene: &Scene) -> Vec<Input> {
     (0..COUNT).map(|_| input()).collect()
 }
 
-/// What the library gives.
+/// The library's results.
 fn expected(scene: &Scene, given: &Input) -> Output {
     let footprint =
         |index: usize| UvFootprint { dx: given.uvs_dx[index], dy: given.uvs_dy[index], samples: given.samples };
@@ -152,7 +152,7 @@ fn compare(context: &Context) -> Result<(), Failed> {
     if problems.is_empty() { Ok(()) } else { Err(problems.join(", ").into()) }
 }
 
-/// What shaders give.
+/// The shaders' results.
 fn evaluate(context: &Context, scene: &Scene, inputs: &[Input]) -> Result<Vec<Output>, Failed> {
     let resources = SceneResources::new(context, scene)?;
     let all: Vec<u32> = (0..=9).collect();

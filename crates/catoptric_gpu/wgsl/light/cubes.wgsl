@@ -45,7 +45,8 @@ struct ProbeRow {
     axis: vec3f,
 }
 
-// Of a footprint whose place changes by this from pixel to pixel: as many as its axes' ratio, and no more than the most.
+// The look-ups for a footprint whose place changes by `dx` and `dy` from pixel to pixel: as many as the ratio of its
+// axes, and no more than `most`.
 fn probe_row(dx: vec3f, dy: vec3f, most: f32) -> ProbeRow {
     let x2 = dot(dx, dx);
     let y2 = dot(dy, dy);

@@ -61,10 +61,10 @@ const HIDES_LIGHTS = 1u;
 const MAY_HAVE_HOLES = 2u;
 // The winding is opposite to the normals.
 const TURNED = 4u;
-// Its surface reflects, and refracts.
+// The triangle's surface reflects, and refracts.
 const REFLECTS = 8u;
 const REFRACTS = 16u;
-// It is a rough mirror or coat.
+// The triangle's surface is a rough mirror or coat.
 const IS_ROUGH = 32u;
 
 // Faces of an object that is not closed count from behind only at this share of its extent.
@@ -73,7 +73,7 @@ const AROUND = 0.05;
 const TOUCHING = 1e-4;
 const FAR = 3e38;
 
-// What of the object that a ray has left it can meet.
+// The part of the object that a ray has left which the ray can still meet.
 struct OwnRule {
     object: u32,
     none: bool,

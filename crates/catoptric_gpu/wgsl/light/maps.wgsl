@@ -7,10 +7,10 @@
 // The map of an object: where it was captured, the shape of what surrounds it, and its cube.
 struct ReflectorMap {
     center: vec3f,
-    // In the table times 256 and with the number of the object's light field (from 1; 0: none): devices bind no more than
-    // 16 tables.
+    // In the table times 256 and with the number of the object's light field (from 1; 0: none): devices bind no more
+    // than 16 tables.
     shape: u32,
-    // Of a box; the radius of a sphere in its first component.
+    // The lower corner of a box (`high`: the upper one); the radius of a sphere in its first component.
     low: vec3f,
     // Texels a side; 0: the scene's background is read.
     size: u32,
@@ -28,7 +28,7 @@ const BOX = 2u;
 const SPHERE = 3u;
 
 const MOST_PROBES = 8.0;
-// Of the finest level.
+// Texels around each face of the finest level.
 const MAP_BORDER = 1u;
 
 @group(3) @binding(0) var map_table: texture_2d<u32>;

@@ -2,7 +2,7 @@
 
 // A region with its six slabs.
 struct FieldRegion {
-    // Of the hierarchy over its reflectors and lenses; NONE: paths leave it after one event.
+    // The root of the hierarchy over its reflectors and lenses; NONE: paths leave it after one event.
     root: u32,
     // Views a side of a slab.
     views: u32,
@@ -203,7 +203,7 @@ fn slab_footprint(ray: SlabRay, parallax: f32, forward: f32, moved: vec3f, turne
     return slope + (aside + slope * ray.ahead) * parallax;
 }
 
-// What a level of a view shows at a slope, bilinear.
+// The radiance that a level of a view shows at a slope, bilinear.
 fn view_radiance(region: FieldRegion, layer: u32, view: vec2u, slope: vec2f, level: u32) -> vec3f {
     let side = region.pixels >> level;
     let shrunk = 1.0 / f32(1u << level);

@@ -26,7 +26,7 @@ fn mirrored(incoming: vec3f, normal: vec3f) -> vec3f {
     return incoming - normal * (2.0 * dot(incoming, normal));
 }
 
-// Of unit length but for rounding; zero on total internal reflection.
+// The refracted direction, of unit length but for rounding; zero on total internal reflection.
 fn refracted(incoming: vec3f, normal: vec3f, eta: f32) -> vec3f {
     let cos_in = -dot(incoming, normal);
     let sin2_out = eta * eta * max(1.0 - cos_in * cos_in, 0.0);

@@ -27,7 +27,8 @@ const MARGIN = 16;
 const REACH = 6;
 // Rays go through a finer grid where lobes cover fewer cells across.
 const CELLS_OF_LOBE = 4.0;
-// What is near in a cell's row: a rough mirror that is seen, lobes of which are reached, and ones beside it.
+// Bits of `rough_near`, for cells of the same row that are near: one where a rough mirror is seen; ones with narrow
+// lobes within reach; and ones with narrow lobes right beside it.
 const NEAR_SEEN = 1u;
 const NEAR_REACHED = 2u;
 const NEAR_NARROW = 4u;
@@ -37,7 +38,7 @@ fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
     return traced_hit(segment);
 }
 
-// What is near in a cell's row and column: a bit of `rough_near` within so many rows.
+// True if a bit of `rough_near` is set in a cell's column within so many rows.
 fn is_near(level: u32, cell: vec2u, bit: u32, reach: i32) -> bool {
     let grid = grids.levels[level];
     let first = max(i32(cell.y) - reach, 0);
@@ -205,7 +206,7 @@ fn follow(@builtin(global_invocation_id) invocation: vec3u) {
         light.object = object + 1u;
     }
     if is_bumpy {
-        // Its cells do not tell of others.
+        // Cells of bumpy mirrors tell nothing of each other: they are not blurred.
         light.weight = select(0.0, 1.0, sum.w > 0.0);
         light.radiance = sharp;
         set_light(index, light);

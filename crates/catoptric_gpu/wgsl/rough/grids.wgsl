@@ -1,6 +1,6 @@
-// What rough mirrors would show if they were smooth, and their light: grids of cells over a picture and a margin around
-// it, each of cells of half the side of the one before. The twin of `draw/rough/grid`. The shader that includes this has
-// the light of cells (`rough_light`).
+// Grids of cells over a picture and a margin around it, for what rough mirrors would show if they were smooth and for
+// their light. Each grid has cells of half the side of the one before. The twin of `draw/rough/grid`. The shader that
+// includes this has the light of cells (`rough_light`).
 
 //#include "light/paths/lobes.wgsl"
 
@@ -10,8 +10,8 @@ const MOST_REDUCTIONS = 16u;
 // Lobes that cover less than the first number of the finest cells across are what the sharp ray shows, and from the
 // second on blurred alone.
 const SHARP_CELLS = vec2f(0.3, 1.4);
-// Of all grids but the finest: lobes that cover more of its cells across than the second number are blurred in it, and
-// those that cover less than the first one in a finer one.
+// Two numbers for each grid but the finest: lobes that cover more of its cells across than the second are blurred in
+// it, and those that cover less than the first in a finer one.
 const BLURRED_CELLS = array<vec2f, 2>(vec2f(3.0, 5.0), vec2f(1.75, 3.0));
 // Distances beyond are none.
 const NO_DISTANCE = 1e12;
@@ -28,7 +28,7 @@ struct Grids {
     margin_px: f32,
     // Beyond, nothing moves in what a place sees.
     greatest_distance: f32,
-    // What a pass works on.
+    // The grid and the reduction that a pass works on.
     level: u32,
     reduction: u32,
     reduction_count: u32,

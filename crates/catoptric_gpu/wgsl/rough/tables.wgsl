@@ -4,11 +4,11 @@
 
 // For each cell the rough mirror's triangle that its ray meets, and 1.
 @group(2) @binding(0) var<storage, read_write> rough_met: array<u32>;
-// What is near in a cell's row: see `rough/cells.wgsl`.
+// For each cell the things that are near in its row: see `rough/cells.wgsl`.
 @group(2) @binding(1) var<storage, read_write> rough_near: array<u32>;
 @group(2) @binding(2) var<storage, read_write> rough_passages: array<vec4f>;
 @group(2) @binding(3) var<storage, read_write> rough_light: array<vec4f>;
-// What sharp rays show, and 1; 0 where there are none.
+// The radiance that sharp rays show, and 1; 0 where there are none.
 @group(2) @binding(4) var<storage, read_write> rough_sharp: array<vec4f>;
 @group(2) @binding(6) var<storage, read_write> rough_lobes: array<vec4f>;
 // Means of what sharp rays show, times the share of cells that show rough mirrors, and that share.

@@ -76,8 +76,8 @@ fn normal_of_map(point: SurfacePoint) -> TurnedNormal {
     return TurnedNormal(turned(point.normal, point.tangent, 1.0, scale, mean), variance);
 }
 
-// What a ray meets, with the normal that the map turns and its change. Light of the surface's own is that of the
-// encounter before.
+// The encounter of a ray, with the normal that the map turns and its change. The surface's own light is computed with
+// the encounter before.
 fn turned_encounter(met: SurfaceInteraction) -> TurnedEncounter {
     var result: TurnedEncounter;
     result.met = met;

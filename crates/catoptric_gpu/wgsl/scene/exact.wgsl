@@ -10,8 +10,8 @@ const TORUS = 1u;
 const REVOLUTION = 2u;
 // The radii, and the exponents of the profiles along z and of the sections across it.
 const SUPERQUADRIC = 3u;
-// One over the size, and the factor on the expression; the first step of its program among the texels of objects, and how
-// many there are.
+// One over the size, and the factor on the expression; the first step of its program among the texels of objects, and
+// how many there are.
 const EXPRESSION = 4u;
 
 // The reach of refinement, as a share of the surface's size.
@@ -19,7 +19,7 @@ const REFINEMENT_REACH = 0.02;
 const MOST_STEPS = 12u;
 // Steps that are a smaller share of the size are rounding.
 const LAST_STEP = 1e-6;
-// Of expressions, whose terms may cancel.
+// The same for expressions, whose terms may cancel.
 const LAST_STEP_OF_EXPRESSIONS = 1e-5;
 // Distances from an axis are no smaller, and neither are coordinates of superquadrics, as a share of the size.
 const SOFTENING = 1e-7;
@@ -166,7 +166,7 @@ fn refine(exact: ExactSurface, ray: Ray, start: f32) -> f32 {
     let last_step = select(LAST_STEP, LAST_STEP_OF_EXPRESSIONS, exact.kind == EXPRESSION) * exact.size;
     var along = 0.0;
     var is_met = false;
-    // Of second degree the first step is exact.
+    // On surfaces of second degree the first step is exact.
     for (var step_number = 0u; step_number < select(MOST_STEPS, 1u, is_quadric) && !is_met; step_number++) {
         let taylor = exact_taylor(exact, relative + ray.direction * along);
         let slope = dot(taylor.gradient, ray.direction);

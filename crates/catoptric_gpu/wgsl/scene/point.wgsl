@@ -233,8 +233,8 @@ fn exact_encounter(object: u32, ray: Ray, distance: f32, change: RayDifferential
 const BESIDE = 3.0;
 const HARDLY_BESIDE = 0.1;
 
-// The place of an edge that a ray passes nearest: how far along it that is, and how far the ray passes by, as a share of
-// the distance, squared.
+// The place of an edge that a ray passes nearest: how far along it that is, and how far the ray passes by, as a share
+// of the distance, squared.
 fn passed_edge(ray: Ray, start: vec3f, end: vec3f) -> vec2f {
     let first = start - ray.origin;
     let edge = end - start;
@@ -246,8 +246,8 @@ fn passed_edge(ray: Ray, start: vec3f, end: vec3f) -> vec2f {
     return vec2f(along, dot(aside, aside) / max(dot(place, place), 1e-37));
 }
 
-// The place of a triangle that is known to be seen, where a ray misses it by parts of a pixel: that of its plane if it is
-// near, or else that of its border which the ray passes nearest.
+// The place of a triangle that is known to be seen, where a ray misses it by parts of a pixel: that of its plane if it
+// is near, or else that of its border which the ray passes nearest.
 fn known_place(triangle: Triangle, ray: Ray, met: PlaneMet) -> vec2f {
     let beside = select(BESIDE, HARDLY_BESIDE, surface_of(triangle.object).role == DIFFUSE);
     let is_near = all(met.at.value >= vec2f(-beside)) && all(met.at.value <= vec2f(1.0 + beside));
@@ -263,7 +263,7 @@ fn known_place(triangle: Triangle, ray: Ray, met: PlaneMet) -> vec2f {
     return select(vec2f(0.0, 1.0 - ca.x), vec2f(1.0 - bc.x, bc.x), bc.y <= ca.y);
 }
 
-// What a ray meets at a triangle after some events: on an exact surface the place itself.
+// The encounter of a ray with a triangle after some events: on an exact surface at the exact place.
 fn drawn_encounter(index: u32, ray: Ray, change: RayDifferential, samples: u32, events: u32) -> SurfaceInteraction {
     let triangle = triangle_at(index);
     var met = plane_met(triangle, ray, change);

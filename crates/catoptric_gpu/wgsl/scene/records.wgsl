@@ -27,7 +27,7 @@ const BLEND = 4096u;
 const PERSPECTIVE = 1u;
 const APART = 2u;
 
-// What a scene has: code for the rest is left out of its pipelines.
+// Features that a scene has: code for the others is left out of its pipelines.
 override HAS_ENVIRONMENT: bool = true;
 override HAS_LIGHTS: bool = true;
 override HAS_SHADOWS: bool = true;
@@ -46,7 +46,7 @@ override HAS_SECOND_UVS: bool = true;
 // Normal maps turn what mirrors, glass or coats reflect and refract; mirrors or coats are rough.
 override HAS_TURNS: bool = true;
 override HAS_ROUGH: bool = true;
-// What paths show is drawn as geometry, which may be off by parts of a pixel.
+// Geometry that paths show is drawn: its places may be off by parts of a pixel.
 override HAS_LISTS: bool = true;
 // Mirrors and glass at which paths end show the light from infinity.
 override ENDS_IN_ENVIRONMENT: bool = true;
@@ -94,12 +94,12 @@ struct Frame {
     down: vec3f,
     height: u32,
     light_count: u32,
-    // Of the hierarchy: a node, a leaf, or NONE.
+    // The root of the hierarchy: a node, a leaf, or NONE.
     root: u32,
     first_row: u32,
-    // Of the scene's box.
+    // The diagonal of the scene's box.
     extent: f32,
-    // Of the band, and how many events of paths tiles have followed.
+    // Columns and rows of cells in the band, and how many events of paths tiles have followed.
     cells: vec2u,
     tiled_events: u32,
     // The place of the queue of tiles that are shaded path by path.
@@ -108,7 +108,8 @@ struct Frame {
     // The fourth number of the first is that of the picture's reductions, whose places follow.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
     reductions: array<vec4u, MAX_REDUCTIONS>,
-    // Of a single sample: its place from the pixel's corner, and the side of the square that it stands for.
+    // A pixel's single sample: its place from the pixel's corner, and the side of the square that it stands for, in
+    // pixels.
     sample_place: vec2f,
     sample_side: f32,
     unused0: f32,
@@ -160,12 +161,12 @@ struct ExactSurface {
     unused6: f32,
 }
 
-// Its exact surface and its textures follow it in the table.
+// An object's surface. The numbers of its exact surface and its textures follow it in the table.
 struct Surface {
     role: u32,
     flags: u32,
     ior: f32,
-    // Of the object's box.
+    // The diagonal of the object's box.
     extent: f32,
     base_color: vec4f,
     emissive: vec3f,
@@ -201,10 +202,10 @@ struct Level {
     stride: u32,
 }
 
-// Its levels follow it in the table.
+// A texture. Its levels follow it in the table.
 struct TextureRecord {
     size: vec2f,
-    // Of the coarsest level; below 0 where levels are not used.
+    // The number of the coarsest level; below 0 where levels are not used.
     last_level: f32,
     // 1 where the nearest level is taken, not a blend of two.
     nearest_level: f32,
@@ -221,7 +222,7 @@ struct TextureRecord {
 @group(0) @binding(2) var triangle_table: texture_2d<u32>;
 @group(0) @binding(3) var surface_table: texture_2d<u32>;
 @group(0) @binding(4) var texture_table: texture_2d<u32>;
-// Of all textures, in rows of TEXEL_ROW: 65535 for 1.
+// The texels of all textures, in rows as those of tables: 65535 stands for 1.
 @group(0) @binding(5) var texels: texture_2d<u32>;
 
 // A corner in clip space, moved so that a pixel's single sample lies in its middle.

@@ -7,7 +7,7 @@ const FAINTEST_HIGHLIGHT = 3e-5;
 // Shadow rays start so far from the surface, in sizes of its coordinates.
 const SHADOW_OFFSET = 32.0 * 1.1920929e-7;
 
-// Those in use are `frame.light_count`.
+// All lights, of which the first `frame.light_count` are in use.
 struct Lights {
     lights: array<Light, MAX_LIGHTS>,
 }
@@ -88,7 +88,7 @@ fn share_of_light(light: u32, start: vec3f) -> vec3f {
     return light_through(frame.root, Ray(start, towards), distance);
 }
 
-// What a point sends to its viewer by itself, and the highlights of lights on it as a mirror or coat.
+// The light that a point sends to its viewer by itself, and the highlights of lights on it as a mirror or coat.
 struct PointLight {
     own: vec3f,
     highlights: vec3f,
@@ -157,7 +157,7 @@ fn highlight(alpha: f32, normal: vec3f, towards: vec3f, viewer: vec3f) -> f32 {
     return select(0.0, n_l * lobe(alpha, cosine * cosine / length2, dot(sine, sine) / length2, n_l, n_v), n_l > 0.0);
 }
 
-// What a light of this direction and strength gives, per intensity: scattered and reflected, and in the coat.
+// The radiance by a light of this direction and strength, per intensity: scattered and reflected, and in the coat.
 fn of_light(at: LitPoint, towards: vec3f, strength: f32, viewer: vec3f) -> array<vec3f, 2> {
     let half_vector = towards + viewer;
     let share = grazing_share(0.5 * sqrt(max(dot(half_vector, half_vector), 1e-12)));
@@ -175,7 +175,7 @@ fn of_light(at: LitPoint, towards: vec3f, strength: f32, viewer: vec3f) -> array
     return array<vec3f, 2>(at.albedo * scattered + fresnel * reflected, vec3f(coat));
 }
 
-// What the environment gives: scattered and reflected, and in the coat.
+// The radiance by the environment: scattered and reflected, and in the coat.
 fn of_environment(at: LitPoint, viewer: vec3f) -> array<vec3f, 2> {
     var alphas = array<f32, 2>(at.alpha, at.coat_alpha);
     var normals = array<vec3f, 2>(at.normal, at.smooth_normal);
@@ -202,7 +202,7 @@ fn of_environment(at: LitPoint, viewer: vec3f) -> array<vec3f, 2> {
     );
 }
 
-// What mirrors lights within a point's footprint: normals on the viewer's side, and the width of the facets'
+// The facets that mirror lights within a point's footprint: normals on the viewer's side, and the width of the
 // distribution about each.
 struct HighlightNormals {
     normals: array<vec3f, 4>,
@@ -222,7 +222,7 @@ fn normals_of_highlights(point: SurfacePoint, alpha: f32, side: f32) -> Highligh
     if HAS_NORMAL_MAPS && point.samples > 1u && whole.variance > HARDLY_SPREAD * alpha * alpha {
         result.count = 4u;
         for (var place = 0u; place < 4u; place++) {
-            // Those of four samples.
+            // The places of four samples.
             let offset = places_of_samples[3u + place] / 16.0 - 0.5;
             let part = normal_of_map(part_of_textures(point, offset, 0.5));
             result.normals[place] = part.normal * side;

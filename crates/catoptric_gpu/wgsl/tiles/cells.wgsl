@@ -5,13 +5,13 @@
 
 // Rays of a cell.
 const RAYS = 4u;
-// What a ray hits: a triangle's number and 1, or 0, with these bits where light goes on from there. Not decided yet:
+// A ray's hit: a triangle's number and 1, or 0, with these bits where light goes on from there. Not decided yet:
 // UNRESOLVED. Where the geometry of paths is drawn, two more bits say whether that goes on from there.
 const HIT_LIST_REFLECTS = 0x10000000u;
 const HIT_LIST_REFRACTS = 0x20000000u;
 const HIT_REFLECTS = 0x40000000u;
 const HIT_REFRACTS = 0x80000000u;
-// What is reflected there is known: no ray is followed.
+// The reflection there is known: no ray is followed.
 const HIT_BLURRED = 0x08000000u;
 const HIT_TRIANGLE = 0x07ffffffu;
 const UNRESOLVED = 0xffffffffu;

@@ -36,7 +36,7 @@ const ROUNDING = 2e-6;
 var<workgroup> scratch: array<vec4f, 512>;
 // The numbers and objects of the triangles of a batch.
 var<workgroup> batch_ids: array<vec2u, BATCH>;
-// Of every block: two values after each other, and of the tile.
+// Two values of all blocks, the first of each before the second ones; and the two of the tile.
 var<workgroup> of_blocks: array<vec4f, 32>;
 var<workgroup> total: array<vec4f, 2>;
 var<workgroup> leaves: array<u32, MAX_LEAVES>;
@@ -47,7 +47,7 @@ var<workgroup> triangle_count: atomic<u32>;
 var<workgroup> waiting_count: atomic<u32>;
 var<workgroup> to_do: u32;
 var<workgroup> is_failed: u32;
-// Of each block, the triangles of a batch that it can see.
+// The triangles of a batch that each block can see: a bit each.
 var<workgroup> seen_by_block: array<atomic<u32>, BLOCKS * WORDS>;
 var<workgroup> pair_count: atomic<u32>;
 // Blocks that have rays to be traced.
@@ -62,7 +62,7 @@ struct Rays {
     sy: vec4f,
     // Where they start.
     start: vec4f,
-    // Of (sx, sy, 1).
+    // The length of (sx, sy, 1).
     length: vec4f,
 }
 
@@ -105,9 +105,9 @@ fn in_frame(tile: TileFrame, position: vec3f) -> vec3f {
     return vec3f(dot(relative, tile.across), dot(relative, tile.along), dot(relative, tile.forward));
 }
 
-// A part of space that holds some rays: beyond a plane across them, and on the inner side of four planes. Bounds are the
-// least u and v, and the least -u and -v, at the depth where rays start and at one beyond all that they can hit; as rays
-// are straight, the planes through both hold them between.
+// A part of space that holds some rays: beyond a plane across them, and on the inner side of four planes. Bounds are
+// the least u and v, and the least -u and -v, at the depth where rays start and at one beyond all that they can hit; as
+// rays are straight, the planes through both hold them between.
 struct Beam {
     near: vec4f,
     slope: vec4f,
@@ -147,7 +147,7 @@ fn may_hold(child: WideChild, bounds: Beam, tile: TileFrame) -> bool {
     let forward = tile.forward;
     let farthest = select(low, high, forward >= vec3f(0.0));
     let is_beyond = dot(farthest, forward) >= bounds.start - ROUNDING * frame.extent;
-    // Of each side the corner of the box that lies furthest within.
+    // For each side of the beam the corner of the box that lies furthest within.
     let normals = array<vec3f, 4>(
         tile.across - forward * bounds.slope.x,
         tile.along - forward * bounds.slope.y,

@@ -1,5 +1,5 @@
-// The shading of pixels that show mirrors and glass, in the tiles that have some. What they show, and whether four samples
-// are shaded at once, the shader says that includes this: `followed_radiance` and `is_shaded_once`.
+// The shading of pixels that show mirrors and glass, in the tiles that have some. What they show, and whether four
+// samples are shaded at once, the shader says that includes this: `followed_radiance` and `is_shaded_once`.
 
 @compute @workgroup_size(8, 8)
 fn follow_one_sample(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
@@ -18,12 +18,12 @@ fn follow_one_sample(@builtin(workgroup_id) group: vec3u, @builtin(local_invocat
     }
 }
 
-// Pixels of a group, and the most things that are shaded for each: all samples as one, and each on its own where they turn
-// out to show several places.
+// Pixels of a group, and the most things that are shaded for each: all samples as one, and each on its own where they
+// turn out to show several places.
 const PIXELS = 64u;
 const MOST_SHADED = 5u;
 
-// What is to be shaded: a pixel of the group, times 8; a sample, or ALL_SAMPLES.
+// Things to be shaded: a pixel of the group, times 8, plus a sample or ALL_SAMPLES.
 var<workgroup> to_shade: array<u32, PIXELS * MOST_SHADED>;
 var<workgroup> shade_count: atomic<u32>;
 var<workgroup> count_so_far: u32;
@@ -42,8 +42,8 @@ fn let_wait(pixel: u32, is_one: bool) {
     }
 }
 
-// The same with a thread a pixel, for scenes in which light spreads: four samples that are shaded as one have as many rays
-// there as four on their own, and would hold up others of their group.
+// The same with a thread a pixel, for scenes in which light spreads: four samples that are shaded as one have as many
+// rays there as four on their own, and would hold up others of their group.
 @compute @workgroup_size(8, 8)
 fn follow_four_samples_spreading(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let cell = followed_pixel(group, local);
@@ -79,7 +79,7 @@ fn follow_four_samples_spreading(@builtin(workgroup_id) group: vec3u, @builtin(l
 }
 
 // Threads share what there is to be shaded: where a few pixels show several places, the others need not wait for them.
-// That is for things that take about as long to shade as each other.
+// This suits things that take about as long to shade as each other.
 @compute @workgroup_size(8, 8)
 fn follow_four_samples(
     @builtin(workgroup_id) group: vec3u,

@@ -1,4 +1,4 @@
-// What is seen, directly or on a path, from a picture's texture into the table of hits.
+// Copies the hits that a picture shows, directly or on a path, from its texture into the table of hits.
 
 //#include "scene/records.wgsl"
 //#include "optics/step.wgsl"
@@ -70,7 +70,7 @@ fn known_hit(shown: vec2u, parent: u32, pixel: vec2u) -> u32 {
     return select(UNRESOLVED, left_out(drawn, shown.y, pixel), is_known);
 }
 
-// Those of all rays of a cell.
+// The hits of all rays of a cell, as `known_hit`.
 fn known_hits(cell: vec2u, drawn: vec4u, choices: vec4u) -> vec4u {
     var parents = vec4u(0u);
     if HAS_LISTS && EVENTS > 0u {

@@ -10,7 +10,7 @@ struct PathRay {
     is_active: bool,
 }
 
-// What the rays of a cell hit after each event of a path.
+// The hits of a cell's rays at each event of a path.
 struct Chain {
     hits: array<vec4u, MOST_EVENTS>,
 }

@@ -44,7 +44,7 @@ fn are_of_one_surface(found: vec4u) -> bool {
     return true;
 }
 
-// That of four hits of one surface which a ray through the middle of their samples meets.
+// The one of four hits of one surface that a ray through the middle of their samples meets.
 fn shared_hit(found: vec4u, ray: Ray) -> u32 {
     if all(found == vec4u(found.x)) {
         return found.x;

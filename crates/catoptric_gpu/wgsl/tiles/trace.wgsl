@@ -10,7 +10,7 @@
 //#include "tiles/work.wgsl"
 //#include "tiles/path_ray.wgsl"
 
-// What the rays of a block hit.
+// The hits of a block's rays.
 var<workgroup> found: array<u32, 64>;
 
 // A thread a ray of a block of sixteen cells.

@@ -1,12 +1,12 @@
 // The work of tiles: which of them have rays to follow.
 
-// What a pass of tiles works on.
+// The path and the queues that a pass of tiles works on.
 struct Tiling {
     // Events of the path before its last ray, and their kinds.
     events: u32,
     kinds: u32,
-    // The places of the queues: of tiles, of blocks of sixteen cells whose rays are traced, and of tiles that are shaded
-    // path by path (NONE: they are known already).
+    // The places of the queues: of tiles, of blocks of sixteen cells whose rays are traced, and of tiles that are
+    // shaded path by path (NONE: they are known already).
     queue: u32,
     traced_queue: u32,
     shade_queue: u32,
@@ -18,8 +18,8 @@ struct Tiling {
 
 // Cells along a side of a tile.
 const TILE = 16u;
-// Counters before the queues: of tiles and of blocks to be traced, a path; of tiles to be shaded, a band; and in a picture
-// of tiles, of blocks, of triangles that beams met, and of those times the blocks that looked at them.
+// Counters before the queues: of tiles and of blocks to be traced, a path; of tiles to be shaded, a band; and in a
+// picture of tiles, of blocks, of triangles that beams met, and of those times the blocks that looked at them.
 const WAITING_TILES = 0u;
 const TRACED = 1u;
 const SHADED = 4u;

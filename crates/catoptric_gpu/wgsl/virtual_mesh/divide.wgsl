@@ -15,9 +15,11 @@ const JUMP = 4.0;
 // Where an appearance ends on an edge, its pieces may be this many times the smallest size: what is left out there,
 // tiles follow. Chosen, not measured.
 const END_PIECES = 4.0;
-// What reaches from a place in the reflector further to one beside it is not drawn, in pixels. Chosen, not measured.
+// Pieces that reach further than this from a place in the reflector to one beside it, in pixels, are not drawn. Chosen,
+// not measured.
 const TORN_PX = 40.0;
-// What is left to tiles is larger by this, in pixels, and nearer by this share. Chosen, not measured.
+// Areas that are left to tiles are larger than the pieces by this, in pixels, and nearer by this factor. Chosen, not
+// measured.
 const MARGIN_PX = 1.5;
 const NEARER = 0.98;
 
@@ -82,7 +84,7 @@ fn are_sure(one: Appearance, other: Appearance, step: vec3f) -> bool {
     return one.state == BESIDE_IT || mismatch(one, other, step) <= allowed;
 }
 
-// That which belongs to one for sure.
+// The appearance at the other end of a step that belongs to one for sure; NONE without one.
 fn sure_partner(number: u32, here: Point, there: Point) -> u32 {
     let other = partner_of(number, here, there);
     if other == NONE || !are_sure(appearances[number], appearances[other], there.position - here.position) {
@@ -91,7 +93,7 @@ fn sure_partner(number: u32, here: Point, there: Point) -> u32 {
     return other;
 }
 
-// Whether an edge is divided because of an appearance at its first end.
+// True if an edge is divided because of an appearance at its first end.
 fn is_divided_by(number: u32, here: Point, there: Point) -> bool {
     let one = appearances[number];
     let step = there.position - here.position;
@@ -231,8 +233,8 @@ fn draw_triangle(corners: array<vec4f, 3>, weights: array<vec2f, 3>, hit: u32) {
     }
 }
 
-// What appears at one corner of a piece, but not at all others: about there tiles follow rays. Of each corner what
-// belongs to it, or NONE.
+// Leaves an appearance to tiles that one corner of a piece has, but not all others: about there they follow rays.
+// `numbers` has for each corner the appearance that belongs to it, or NONE.
 fn leave_to_tiles(corner: u32, numbers: array<u32, 3>, piece: Piece) {
     let one = appearances[numbers[corner]];
     if one.state != WITHIN {
@@ -254,7 +256,7 @@ fn leave_to_tiles(corner: u32, numbers: array<u32, 3>, piece: Piece) {
     }
     let middle = (places[0] + places[1] + places[2]) / 3.0;
     let reach = max(distance(places[0], middle), max(distance(places[1], middle), distance(places[2], middle)));
-    // What is small is left with all about it.
+    // Small areas are left with all about them.
     let around = array<vec2f, 3>(vec2f(0.0, -2.0), vec2f(1.7320508, 1.0), vec2f(-1.7320508, 1.0));
     var shown = one;
     shown.depth *= NEARER;

@@ -27,7 +27,7 @@ fn map_corner(@builtin(vertex_index) index: u32) -> Corner {
     let vertex = vertex_of(corners_of(index / 3u)[index % 3u]);
     let is_perspective = (frame.flags & PERSPECTIVE) != 0u;
     let arriving = select(frame.direction, normalize(vertex.position - frame.origin), is_perspective);
-    // What is turned away lets rays pass: so the map goes on behind the reflector.
+    // Surfaces that are turned away let rays pass: thereby the map goes on behind the reflector.
     let normal = normalize_or(vertex.normal, -arriving);
     let leaving = select(arriving, mirrored(arriving, normal), dot(arriving, normal) < 0.0);
     let radius = sphere_radius(SPHERE);

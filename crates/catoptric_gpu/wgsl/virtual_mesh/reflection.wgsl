@@ -1,4 +1,4 @@
-// What a smooth reflector shows, found on the device: records. The twin of `Reflection` is in
+// Records for the picture in a smooth reflector, which is found on the device. The twin of `Reflection` is in
 // `src/layout/virtual_mesh.rs`.
 
 // One reflector in one view.
@@ -8,7 +8,7 @@ struct Reflection {
     // The part of the view's picture that this shows, in pixels.
     low: vec2f,
     size: vec2f,
-    // Of that part what lies in the view's picture.
+    // The corners of what of that part lies in the view's picture, in pixels.
     shown_low: vec2f,
     shown_high: vec2f,
     // The reflector's box, and half its diagonal.
@@ -53,7 +53,7 @@ struct Point {
     position: vec3f,
     // The first of them, and how many there are.
     first: u32,
-    // Of the source triangle's second and third vertex, unless it is a vertex of the scene.
+    // The weights of the source triangle's second and third vertex, unless the point is a vertex of the scene.
     weights: vec2f,
     count: u32,
     unused: u32,
@@ -73,7 +73,7 @@ struct Appearance {
     is_turned: u32,
 }
 
-// It appears nowhere; in the reflector; beside it, to where drawing is cut.
+// The states of an appearance: the point appears nowhere; in the reflector; beside it, where drawing is cut off.
 const NOWHERE = 0u;
 const WITHIN = 1u;
 const BESIDE_IT = 2u;

@@ -15,7 +15,7 @@
 // A bound on time; steps this small, in pixels, are the last. Chosen, not measured.
 const MOST_SEARCH_STEPS = 16u;
 const LAST_SEARCH_STEP_PX = 0.01;
-// What moves by more than that at the end is not found. Chosen, not measured.
+// Searches whose last step is longer than this, in pixels, have found nothing. Chosen, not measured.
 const UNSURE_PX = 0.1;
 const SHRINKING = 0.7;
 const MOST_STRAYS = 3u;
@@ -33,7 +33,7 @@ struct LeavingRay {
     change: RayDifferential,
     // From the eye (orthographic: from its plane).
     way: f32,
-    // It is met on the side that reflects.
+    // True if the reflector is met on the side that reflects.
     is_there: bool,
 }
 

@@ -14,7 +14,7 @@ struct StartRay {
 override FROM_MAPS: bool = false;
 
 @group(2) @binding(2) var<storage, read_write> start_rays: array<StartRay>;
-// Of the near and of the far sphere: places of the picture, with 1 where there is a record.
+// The explosion maps of the near and of the far sphere: places of the picture, with 1 where there is a record.
 @group(2) @binding(8) var near_map: texture_2d<f32>;
 @group(2) @binding(9) var far_map: texture_2d<f32>;
 

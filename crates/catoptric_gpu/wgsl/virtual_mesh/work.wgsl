@@ -16,8 +16,8 @@ const PIECES_NEXT = 4u;
 // Points so far, and triangles that are drawn, those of other reflectors among them.
 const POINTS = 5u;
 const DRAWN = 6u;
-// Of a picture: points that were projected, pieces that were left to tiles because they were to be divided further, and
-// reflectors that were, because there was no room for what they show.
+// Counters of a whole picture: points that were projected, pieces that were left to tiles because they were to be
+// divided further, and reflectors that were, because there was no room for what they show.
 const PROJECTED = 7u;
 const UNFINISHED = 8u;
 const LEFT_REFLECTORS = 9u;

@@ -11,7 +11,9 @@ mod limits;
 mod lookup;
 pub(crate) mod mesh;
 mod settings;
+pub(crate) mod shell;
 pub(crate) mod shells;
+pub(crate) mod texels;
 mod texture_size;
 pub(crate) mod textures;
 
@@ -157,7 +159,7 @@ impl LayeredMaps {
         let settings = &captured_at_once(&settings, scene, baked.is_some(), &mut report);
         let baked = baked.map(|units| BakedLayers::open(settings, &units)).transpose()?;
         let known = match &baked {
-            Some(baked) => LayerGeometry::baked(settings, scene, quality.order, baked)?,
+            Some(baked) => baked.geometry(settings, scene, quality.order)?,
             None => LayerGeometry::new(settings, scene, quality.order),
         };
         report.stages_ms.push(("layers", watch.lap_ms()));

@@ -6,8 +6,8 @@
 use super::inference::observations::differences;
 use super::mesh::same_way;
 use super::settings::LayeredEnvironmentMapSettings;
+use super::shell::{RayLanes, Shell};
 use super::shells::layer_geometry::LayerGeometry;
-use super::shells::shell::{RayLanes, Shell};
 use catoptric_core::math::lanes::Lanes;
 use catoptric_core::parallel;
 use catoptric_core::scene::{Ray, RayDifferential, Scene, View};

@@ -2,18 +2,22 @@
 
 use super::layout::region_box::BoxSide;
 use super::layout::{BoxLayout, FieldLayout, SLABS, Slab, SlabLayout, along};
-use super::settings::Compression;
+use super::settings::{Compression, LightFieldSettings};
+use super::slabs::Slabs;
 use super::slabs::blocks::compress;
 use super::slabs::box_fetch::{limited, stored_parallax};
 use super::slabs::form::ViewForm;
-use super::slabs::rows::ViewRow;
+use super::slabs::rows::{Rows, ViewRow};
 use super::slabs::texels::{packed, stored};
 use crate::shared::regions::is_within;
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::math::Aabb;
+use catoptric_core::progress::Progress;
 use catoptric_core::scene::{Ray, RayDifferential, Scene};
+use catoptric_engine::error::RenderError;
 use catoptric_engine::light::path_tracer::{PathModel, PathTracer};
 use catoptric_engine::light::tracer::Tracer;
+use catoptric_engine::method::Settings;
 use glam::{Vec2, Vec3};
 
 /// A share of a region's size that is more than rounding. Chosen well above rounding, not measured.
@@ -212,6 +216,35 @@ impl Capture<'_> {
         let entry = one.max(other).min_element();
         let nearest = (eye - region.center()).dot(long) / long.length_squared();
         if entry > 0.0 { nearest.clamp(0.0, entry) } else { 0.0 }
+    }
+}
+
+impl Slabs {
+    /// Captures what arrives at a region of a scene, without the reflectors and lenses that lie in it. Others are seen
+    /// with up to `order` specular events.
+    ///
+    /// # Errors
+    /// [`RenderError::Setting`] where a setting is not allowed, [`RenderError::Limit`] where the region has no size
+    /// along an axis, or is not finite.
+    pub fn capture(
+        settings: &LightFieldSettings,
+        scene: &Scene,
+        region: Aabb,
+        order: u32,
+        progress: &dyn Progress,
+    ) -> Result<Self, RenderError> {
+        let method = LightFieldSettings::METHOD;
+        settings.check().map_err(|problem| RenderError::Setting { method, problem })?;
+        let has_size = region.size().min_element() > 0.0 && region.size().is_finite() && region.min.is_finite();
+        if !has_size {
+            let problem = format!("the region from {} to {} has no size", region.min, region.max);
+            return Err(RenderError::Limit { method, problem });
+        }
+        let layout = FieldLayout::new(settings, region);
+        let form = ViewForm::new(settings.uv, settings.compression);
+        let capture = Capture::new(scene, &layout, settings.capture_samples, order);
+        let rows = Rows::captured(&layout, &form, progress, |number| Ok(capture.row(number)))?;
+        Ok(Self::new(settings, layout, rows))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The paths of light that reflectors and lenses show by their light fields.
 
-use super::{Inside, LightFields};
+use super::fields::{Inside, LightFields};
 use catoptric_core::progress::{Cancelled, Progress, Stage};
 use catoptric_core::scene::shade::SurfaceInteraction;
 use catoptric_core::scene::{Ray, RayDifferential, Scene};

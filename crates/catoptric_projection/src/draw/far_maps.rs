@@ -10,10 +10,19 @@ use catoptric_engine::light::cube_map::CubeMap;
 use catoptric_engine::light::reflector_shader::ReflectorShader;
 use catoptric_engine::method::Report;
 use catoptric_engine::method::lookup_shader::LookupShader;
-use catoptric_engine::method::reflector_maps::{CaptureLimits, ReflectorMapSettings, face_pictures};
+use catoptric_engine::method::reflector_maps::{CaptureLimits, ReflectorMapSettings, ReflectorMaps, face_pictures};
 use catoptric_engine::raster::{Fragment, LookShader, ShadingRequest};
 use glam::{Vec2, Vec3, Vec4Swizzles};
 use std::sync::Arc;
+
+/// Environment maps that take the place of projected geometry.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct MapsInView<'a> {
+    /// Those of reflectors at which no path goes on.
+    pub(crate) whole: Option<&'a ReflectorMaps>,
+    /// Those of objects that are far from a reflector, seen behind its paths.
+    pub(crate) far: Option<&'a FarMaps>,
+}
 
 /// The maps of a scene's reflectors and lenses, of the objects that are far from each.
 #[derive(Default)]

@@ -1,19 +1,41 @@
 //! From the geometry of paths to the rasteriser's lists: layers, stencils and groups.
 
-use super::PathGeometry;
-use super::virtual_scene::VirtualGeometry;
-use catoptric_core::scene::{Role, Scene};
+use catoptric_core::scene::{PicturePoint, Role, Scene};
 use catoptric_engine::method::Job;
-use catoptric_engine::method::path_lists::PathLists;
 use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::method::reflector_maps::ReflectorMaps;
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
-use catoptric_engine::raster::{BlockMask, Branch, DrawList, Stencil, scene_draw_list};
+use catoptric_engine::raster::{BlockMask, Branch, DrawList, DrawTriangle, Stencil, scene_draw_list};
 use glam::Vec2;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The corners of a triangle that is its own source.
 const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
+
+/// Geometry that appears at the end of one specular path: pieces of scene triangles at the places where they appear.
+///
+/// Geometry of one path may come in several parts, for instance one a focal index.
+#[derive(Clone, Debug, Default)]
+pub struct PathGeometry {
+    /// The path, of at least one bounce. Paths that pass through anything but a lens are not drawn.
+    pub path: SpecularPath,
+    /// Appearances of scene points: the picture points of the places that lie the path's length away on their view
+    /// rays.
+    ///
+    /// In a perspective view `w` and `depth` are the path's length times the cosine between view ray and view axis
+    /// (for a flat mirror then all in between is interpolated exactly), and in an orthographic one `w` is 1 and `depth`
+    /// is the path's length.
+    pub vertices: Vec<PicturePoint>,
+    /// For every vertex a signed distance: what is below 0 is cut off. Empty: nothing is.
+    pub clip_distances: Vec<f32>,
+    /// Pieces of the scene's triangles: `source` is the scene's triangle. Group, patch and alpha test are filled in
+    /// while drawing.
+    pub triangles: Vec<DrawTriangle>,
+    /// For every piece the weights of the source's second and third vertex at its corners. Empty: all are whole.
+    pub corners: Vec<[Vec2; 3]>,
+    /// Blocks of the picture where something else is to draw what the path shows.
+    pub holes: BlockMask,
+}
 
 /// What is seen beyond reflectors and lenses at which no list goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -145,15 +167,6 @@ pub(super) fn lists_of_paths(
         list_of_path.insert(path, lists.len() as u32);
     }
     lists
-}
-
-/// The lists of a view's geometry without that of what is seen directly.
-pub(super) fn path_lists(job: &Job<'_>, found: VirtualGeometry) -> PathLists {
-    let has_rest = found.ends != EndsOfPaths::Environment;
-    let specular = job.scene.specular_objects();
-    // Any of them may be seen.
-    let lenses = specular.into_iter().filter(|object| job.scene.role_of(*object) == Role::Lens).collect();
-    PathLists { lists: lists_of_paths(job, found.paths, None, &found.ends, &lenses), has_rest, report: found.report }
 }
 
 /// The lenses among a list's triangles at which paths go on.

@@ -1,10 +1,13 @@
 //! The triangles beside those of reflectors and lenses: a picture's edges are off by parts of a pixel, rays are not.
 
-use super::path_shader::BESIDE;
 use catoptric_core::scene::{Ray, Scene};
 use catoptric_core::surface::mesh::adjacency::NO_NEIGHBOUR;
 use catoptric_engine::raster::LayerSurface;
 use glam::Vec2;
+
+/// A place in a triangle's plane belongs to it up to this far beside it, in sizes of the triangle: pictures are off by
+/// parts of a pixel. Chosen, not measured.
+pub(super) const BESIDE: f32 = 3.0;
 
 /// A place this far beside a triangle, in its sizes, still belongs to it: rounding.
 const ROUNDING: f32 = 1e-4;

@@ -1,9 +1,9 @@
 //! Colours of what is seen directly and at the ends of specular paths.
 
-use super::MapsInView;
 use super::drawn_by::{PixelsByOthers, ReflectorPixels};
+use super::far_maps::MapsInView;
 use super::lobe_lights::LobeLights;
-use super::mesh_neighbours::MeshNeighbours;
+use super::mesh_neighbours::{BESIDE, MeshNeighbours};
 use super::rough::RoughReflections;
 use catoptric_core::scene::shade::SurfacePoint;
 use catoptric_core::scene::{Environment, Material, Ray, RayDifferential, Role, Scene, View, ViewRays};
@@ -22,11 +22,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Chosen, not measured.
 const SHORT: f32 = 1e-4;
 
-/// A place in a triangle's plane belongs to it up to this far beside it, in sizes of the triangle: pictures are off by
-/// parts of a pixel. Chosen, not measured.
-pub(super) const BESIDE: f32 = 3.0;
-
-/// The same for surfaces at a path's end: beyond, textures may show what belongs to others. Chosen, not measured.
+/// A place in a triangle's plane at a path's end belongs to it up to this far beside it, in sizes of the triangle:
+/// beyond, textures may show what belongs to others. Chosen, not measured.
 const HARDLY_BESIDE: f32 = 0.1;
 
 /// Where directions change by more than this within a part of a pixel, they are followed from four places in it: they

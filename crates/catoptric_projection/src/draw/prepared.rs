@@ -1,18 +1,16 @@
 //! The life cycle of projection methods with virtual meshes, written once: what depends on the mirrors, what on the
 //! view, what on the objects among them, and what of it is kept from frame to frame.
 
-use super::MapsInView;
-use super::lists::path_lists;
+use super::far_maps::MapsInView;
 use super::overlays::ShownPixels;
+use super::stages::Stages;
 use super::virtual_mesh::{Ends, MeshQuality, SteadySource};
 use super::virtual_scene::{MeshesOfView, MirrorState, VirtualGeometry, VirtualScene};
 use super::work_limit::{ExactTiles, FrameWork, LazyTiles, WorkLimit};
-use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
-use catoptric_core::progress::{Progress, Silent, Stage};
+use catoptric_core::progress::{Progress, Silent};
 use catoptric_core::scene::{Scene, View};
 use catoptric_engine::error::RenderError;
-use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
 use catoptric_engine::method::path_lists::PathLists;
@@ -31,11 +29,11 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// The projector of one view.
     type Projector<'a>: VertexProjector + 'a;
 
-    /// The method.
-    const INFO: &'static MethodInfo;
-
     /// The overlays of its frames.
     const OVERLAYS: &'static [OverlayKind] = &[OverlayKind::Paths, OverlayKind::VirtualTriangles];
+
+    /// The method.
+    fn info(&self) -> &'static MethodInfo;
 
     /// Builds what depends on the mirrors; `old` is of the same mirrors and perhaps of another quality.
     ///
@@ -63,7 +61,7 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         _quality: Quality,
         bake: Arc<dyn Baked>,
     ) -> Result<(), RenderError> {
-        Self::INFO.refuse_bake(Some(bake))
+        self.info().refuse_bake(Some(bake))
     }
 
     /// True if data of the same view, mirrors and order is still right.
@@ -165,43 +163,6 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) ends: Ends,
 }
 
-/// Stages of work with their times.
-pub(crate) struct Stages<'a> {
-    pub(crate) report: Report,
-    pub(crate) progress: &'a dyn Progress,
-    watch: Stopwatch,
-}
-
-impl<'a> Stages<'a> {
-    fn new(progress: &'a dyn Progress) -> Self {
-        Self { report: Report::default(), progress, watch: Stopwatch::new() }
-    }
-
-    /// Ends a stage: its time is that since the last one.
-    pub(crate) fn lap(&mut self, name: &'static str) {
-        self.report.stages_ms.push((name, self.watch.lap_ms()));
-    }
-}
-
-/// The hierarchy over reflectors and lenses alone, for methods that trace rays through these: the old one if there is
-/// one.
-///
-/// # Errors
-/// [`RenderError::Cancelled`].
-pub(crate) fn mirror_tracer(
-    scene: &Scene,
-    old: Option<&Arc<Tracer>>,
-    stages: &mut Stages<'_>,
-) -> Result<Arc<Tracer>, RenderError> {
-    if let Some(old) = old {
-        return Ok(old.clone());
-    }
-    Stage::begin(stages.progress, "building the hierarchy", 0)?;
-    let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
-    stages.lap("bvh");
-    Ok(tracer)
-}
-
 /// A projection method with its settings.
 pub(crate) struct ProjectionMethod<M>(pub(crate) M);
 
@@ -250,7 +211,7 @@ struct ProjectionFrame<'a, M: MeshProjection> {
 
 impl<M: MeshProjection> Method for ProjectionMethod<M> {
     fn info(&self) -> &'static MethodInfo {
-        M::INFO
+        self.0.info()
     }
 
     fn overlays(&self) -> &'static [OverlayKind] {
@@ -264,8 +225,8 @@ impl<M: MeshProjection> Method for ProjectionMethod<M> {
         bake: Option<Arc<dyn Baked>>,
         progress: &dyn Progress,
     ) -> Result<Box<dyn Prepared>, RenderError> {
-        if M::INFO.bake.is_none() {
-            M::INFO.refuse_bake(bake.clone())?;
+        if self.0.info().bake.is_none() {
+            self.0.info().refuse_bake(bake.clone())?;
         }
         let mut stages = Stages::new(progress);
         let (virtual_scene, _) = VirtualScene::new(scene, None, &mut stages)?;
@@ -472,10 +433,10 @@ impl<M: MeshProjection> Frame for ProjectionFrame<'_, M> {
         let maps = self.maps();
         if maps.whole.is_some() || maps.far.is_some() {
             let problem = "environment maps in place of projections are drawn on the CPU alone".into();
-            return Err(RenderError::Limit { method: M::INFO.id, problem });
+            return Err(RenderError::Limit { method: self.method.info().id, problem });
         }
         let (found, _) = self.geometry(progress)?;
-        Ok(Some(path_lists(&self.job(progress), found)))
+        Ok(Some(found.path_lists(&self.job(progress))))
     }
 
     fn paths_left(&self, progress: &dyn Progress) -> Result<PathBeginnings, RenderError> {

@@ -1,11 +1,12 @@
 //! The work that a frame of a method with virtual meshes may take, and what draws the paths beyond it.
 
-use super::lists::{EndsOfPaths, draw_lists, leave_lenses_to_rays};
+use super::drawing::draw_paths_with;
+use super::far_maps::MapsInView;
+use super::lists::{EndsOfPaths, PathGeometry, draw_lists, leave_lenses_to_rays};
 use super::multiperspective::{TileModel, TiledScene, follows_lenses, spreads_light};
 use super::overlays::ShownPixels;
-use super::prepared::Stages;
+use super::stages::Stages;
 use super::virtual_mesh::Ends;
-use super::{MapsInView, PathGeometry, draw_paths_with};
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::Progress;
 use catoptric_core::scene::{Scene, View};

@@ -90,7 +90,7 @@ impl Profile {
                 for reflection_point in block.reflection_points(lane, place).into_iter().flatten() {
                     let height = self.eye.reflection_height(reflection_point, place, height);
                     if let Some((triangle, weights)) =
-                        extrusion.triangle_at(reflector.mesh, segment, reflection_point, height)
+                        extrusion.triangle_at(reflector.mesh.shape(), segment, reflection_point, height)
                     {
                         // Its ray is that of the mesh but for rounding; the walk ends where the mesh does.
                         found.extend(walks.walk(triangle, weights, WalkReach::Anywhere));

@@ -1,7 +1,8 @@
 //! The settings of explosion maps.
 
 use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WORK_ALONE, WorkLimit};
-use crate::find::virtual_objects::{LONGEST_EDGE, Recursion};
+use crate::find::virtual_objects::Recursion;
+use crate::virtual_object_method::LONGEST_EDGE;
 use catoptric_engine::method::{declare_choices, declare_settings};
 
 declare_choices! {

@@ -11,7 +11,8 @@ pub use settings::{Candidates, ExpansionOrder, PathPerturbationSettings, Preset}
 
 use crate::draw::MapsInView;
 use crate::draw::far_maps::FarMaps;
-use crate::draw::prepared::{Context, MeshProjection, ProjectionMethod, Stages, mirror_tracer};
+use crate::draw::prepared::{Context, MeshProjection, ProjectionMethod};
+use crate::draw::stages::{Stages, mirror_tracer};
 use crate::draw::virtual_mesh::{Ends, MeshQuality};
 use crate::draw::work_limit::WorkLimit;
 use crate::find::lens_check::{COARSE_TOLERANCE_PX, TOLERANCE_PX, WrongInLenses, wrong_in_lenses};
@@ -95,7 +96,9 @@ impl MeshProjection for PathPerturbation {
     type ViewData = ViewRays;
     type Projector<'a> = Perturber<'a>;
 
-    const INFO: &'static MethodInfo = &INFO;
+    fn info(&self) -> &'static MethodInfo {
+        &INFO
+    }
 
     fn mirrors(
         &self,

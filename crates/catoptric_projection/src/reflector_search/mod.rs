@@ -14,9 +14,8 @@ pub use settings::{Images, Preset, Refine, ReflectorSearchSettings, Search};
 
 use crate::draw::prepared::ProjectionMethod;
 use crate::draw::work_limit::WorkLimit;
-use crate::find::virtual_objects::{
-    Options, Recursion, Reflector, ReflectorMesh, Reflectors, VirtualObjectMethod, map_size,
-};
+use crate::find::virtual_objects::{Options, Recursion, Reflector, ReflectorMesh, map_size};
+use crate::virtual_object_method::{Reflectors, VirtualObjectMethod};
 use catoptric_core::parallel;
 use catoptric_core::scene::{Scene, View};
 use catoptric_engine::method::{About, Family, MethodInfo, Settings};

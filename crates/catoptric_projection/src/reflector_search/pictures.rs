@@ -3,7 +3,8 @@
 use super::image::ReflectorImage;
 use super::locator::ReflectorSearch;
 use super::settings::{Images, ReflectorSearchSettings};
-use crate::find::virtual_objects::{LONGEST_EDGE, Reflector, ReflectorMesh, VertexRays};
+use crate::find::virtual_objects::{Reflector, ReflectorMesh, VertexRays};
+use crate::virtual_object_method::LONGEST_EDGE;
 use catoptric_core::parallel;
 use catoptric_core::scene::{Scene, View};
 use glam::Vec3;

@@ -1,29 +1,16 @@
 //! Reflectors that do not deserve cameras: the user's rule which of them show environment maps (Popescu, Sacks, Mei
 //! 2006, section VII-C and Figure 21).
 
-use super::rays::grid::extent;
-use super::settings::SampleBasedCameraSettings;
+use super::rays::extent::extent;
+use super::settings::{SampleBasedCameraSettings, patterns};
 use crate::draw::MapsInView;
-use crate::draw::prepared::Stages;
+use crate::draw::stages::Stages;
 use crate::find::ray_map::RayField;
 use catoptric_core::progress::Progress;
 use catoptric_core::scene::Scene;
 use catoptric_engine::error::RenderError;
 use catoptric_engine::method::reflector_maps::{ReflectorMapSettings, ReflectorMaps};
 use catoptric_engine::method::{Report, Settings};
-use globset::{Glob, GlobSet, GlobSetBuilder};
-
-/// The names that are given, as patterns.
-///
-/// # Errors
-/// What is wrong with one of them.
-pub(super) fn patterns(names: &str) -> Result<GlobSet, String> {
-    let mut set = GlobSetBuilder::new();
-    for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
-        set.add(Glob::new(name).map_err(|error| format!("environment = \"{names}\": {error}"))?);
-    }
-    set.build().map_err(|error| format!("environment = \"{names}\": {error}"))
-}
 
 /// Which objects show environment maps because of their names.
 ///

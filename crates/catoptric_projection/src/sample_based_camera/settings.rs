@@ -1,10 +1,19 @@
 //! The settings of sample-based cameras.
 
-use super::hybrid::patterns;
-use super::morph::node_counts;
-use super::panorama::MAX_RAYS;
 use crate::draw::work_limit::{BeyondWork, WORK_A_PIXEL, WORK_ALONE, WorkLimit};
 use catoptric_engine::method::{declare_choices, declare_settings};
+use glam::UVec3;
+use globset::{Glob, GlobSet, GlobSetBuilder};
+
+/// Cells of the ray map around the picture: what appears there belongs to triangles that reach into it. Chosen, not
+/// measured.
+pub(super) const MARGIN_CELLS: f32 = 4.0;
+
+/// Rays across a face at the most: all six take some gigabytes then.
+pub(super) const MAX_RAYS: u32 = 2048;
+
+/// Fewer nodes along an axis have no cell between them, and more are a mistake.
+const NODES: std::ops::RangeInclusive<u32> = 2..=257;
 
 declare_choices! {
     /// Where cameras stand.
@@ -167,4 +176,40 @@ impl SampleBasedCameraSettings {
             },
         }
     }
+}
+
+/// The names that are given, as patterns.
+///
+/// # Errors
+/// What is wrong with one of them.
+pub(super) fn patterns(names: &str) -> Result<GlobSet, String> {
+    let mut set = GlobSetBuilder::new();
+    for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+        set.add(Glob::new(name).map_err(|error| format!("environment = \"{names}\": {error}"))?);
+    }
+    set.build().map_err(|error| format!("environment = \"{names}\": {error}"))
+}
+
+/// The numbers of nodes along x, z and y that a text such as `17x17x8` gives.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn node_counts(text: &str) -> Result<UVec3, String> {
+    let parts: Vec<Option<u32>> = text.split('x').map(|part| part.trim().parse().ok()).collect();
+    let allowed = |count: &u32| NODES.contains(count);
+    match parts[..] {
+        [Some(x), Some(z), Some(y)] if [x, y, z].iter().all(allowed) => Ok(UVec3::new(x, y, z)),
+        _ => {
+            let (least, most) = (NODES.start(), NODES.end());
+            Err(format!(
+                "grid = \"{text}\": wanted are the numbers of nodes along x, z and y, {least} to {most} each, such as \
+                 \"17x17x8\""
+            ))
+        }
+    }
+}
+
+/// How far the ray map of a view reaches beyond its picture, in pixels.
+pub(super) fn margin_px(settings: &SampleBasedCameraSettings) -> f32 {
+    MARGIN_CELLS * settings.downsampling as f32
 }

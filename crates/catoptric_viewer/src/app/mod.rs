@@ -120,7 +120,7 @@ impl Viewer {
         self.window.as_ref()
     }
 
-    /// What is wanted now; `None` until a scene is there.
+    /// The picture that is wanted now; `None` until a scene is there.
     pub fn wish(&self) -> Option<&Wish> {
         self.sent.as_deref()
     }
@@ -228,7 +228,7 @@ impl Viewer {
         self.wake_up();
     }
 
-    /// What draws, and why.
+    /// Which processor draws, and why that one; empty where there is nothing to say.
     pub fn remarks(&self) -> &str {
         &self.remark
     }
@@ -271,7 +271,7 @@ impl Viewer {
         self.divider = Some(share.clamp(0.02, 0.98));
     }
 
-    /// What the user was told, the newest last.
+    /// The messages that the user was shown, the newest last.
     pub fn messages(&self) -> impl Iterator<Item = &str> {
         self.shown.messages.iter().map(|message| message.text.as_str())
     }
@@ -400,7 +400,7 @@ impl Viewer {
         changes
     }
 
-    /// What a side is to show: the scene's settings and the user's over them.
+    /// The method of a side, with the scene's settings and the user's over them, and the quality.
     fn drawn(&self, side: usize, scene: &SceneSummary) -> Drawn {
         let Choice { method, settings } = &self.choices[side];
         let mut all = scene.settings.get(method).cloned().unwrap_or_default();

@@ -7,7 +7,7 @@ use crate::studio::news::{Compared, News, SceneSummary};
 use crate::studio::order::{Changes, Opening, Order};
 use eframe::egui::{ColorImage, Context, TextureOptions};
 
-/// What users are asked to do again once drawing has stopped.
+/// The act that users are asked to repeat once drawing has stopped: words for the message.
 const AGAIN: &str = if cfg!(target_family = "wasm") { "load the page" } else { "start the program" };
 
 impl Viewer {
@@ -32,7 +32,7 @@ impl Viewer {
                     self.say(problem);
                     match self.reopening {
                         Some(reopening) if reopening == number => self.reopening = None,
-                        // It was forgotten for this one.
+                        // The load that brings the scene back was forgotten for this one.
                         Some(_) => self.reopen(),
                         None => {}
                     }
@@ -131,7 +131,7 @@ impl Viewer {
 
     /// Shows a scene that was loaded.
     fn begin_scene(&mut self, summary: SceneSummary) {
-        // Those before it will not come any more.
+        // Scenes that were asked for before this one will not come any more.
         let later = self.asked.split_off(&(summary.number + 1));
         if let Some(source) = std::mem::replace(&mut self.asked, later).remove(&summary.number) {
             (self.source, self.opened) = source;
@@ -146,7 +146,7 @@ impl Viewer {
 
     fn put_comparison(&mut self, ctx: &Context, compared: Compared) {
         let Compared { wish, flip_mean, over_0_1, heat_rgb, size } = compared;
-        // Of another picture than the one that is wanted now.
+        // The comparison may be of another picture than the one that is wanted now.
         if !self.shows_same(&wish) {
             return;
         }

@@ -48,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, info: &MethodInfo, scene: &Table, own: &mut Tabl
     }
     let mut given = scene.clone();
     given.extend(own.clone());
-    // What cannot be taken is shown as it stands; the message says why.
+    // Settings that the method cannot take are shown as they were given; a message says why.
     let in_force = (info.effective)(&given).unwrap_or(given);
     Grid::new(("settings", info.id)).num_columns(3).show(ui, |ui| {
         for setting in &settings {

@@ -90,9 +90,9 @@ fn show_reports(event: ViewerEvent<'_>) {
 
 /// The end of a window on a device.
 enum Outcome {
-    /// It was there, and was closed.
+    /// The window was there, and was closed.
     Shown,
-    /// It never was: the reason.
+    /// There never was a window: the reason.
     NoDevice(String),
 }
 
@@ -151,7 +151,7 @@ fn named(adapters: &[wgpu::Adapter], name: &str) -> Result<wgpu::Adapter, String
     found.ok_or_else(|| format!("--adapter: no adapter is named `{name}`; there are: {}", known()))
 }
 
-/// Whether the window's device is to draw the scene: of itself, only a real GPU does.
+/// True if the window's device is to draw the scene: where nothing was chosen, only a real GPU does.
 fn draws(backend: BackendChoice, device: &RenderState) -> bool {
     match backend {
         BackendChoice::Cpu => false,

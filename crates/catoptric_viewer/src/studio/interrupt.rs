@@ -6,7 +6,7 @@ use super::order::Wish;
 use catoptric::progress::{Cancelled, Progress};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// What may end a piece of work before it is done.
+/// The kinds of news for which a piece of work ends before it is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum EndedBy {
     /// Anything that waits: what sharpens a picture is done again.

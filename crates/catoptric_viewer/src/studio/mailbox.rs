@@ -24,7 +24,7 @@ struct Inbox {
     is_closed: bool,
 }
 
-/// What the studio finds in its mailbox.
+/// A look into the mailbox: what lay there.
 #[derive(Debug)]
 pub enum Mail {
     /// An order.
@@ -109,7 +109,7 @@ impl Mailbox {
         }
     }
 
-    /// Whether anything waits that has not got here yet.
+    /// True if anything waits that has not got here yet; with `for_anything` false, anything but another eye or time.
     pub(super) fn waits_outside(&self, for_anything: bool) -> bool {
         self.waits_outside.is_some_and(|waits| waits(for_anything))
     }

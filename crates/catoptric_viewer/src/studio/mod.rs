@@ -1,5 +1,5 @@
-//! What draws, apart from the window: takes orders and wishes, tells news. Nothing in it waits for the window or is
-//! waited for.
+//! The studio, which draws apart from the window: it takes orders and wishes, and tells news. Neither waits for the
+//! other.
 //!
 //! A wish is drawn as a draft first, as fine as time allows, so that the picture moves; once nothing newer waits it is
 //! drawn whole, and given up as soon as something does.
@@ -18,6 +18,7 @@ pub mod wire;
 
 pub use drawing::Gpu;
 pub use mailbox::Mailbox;
+pub use news::Tell;
 
 use catoptric::error::RenderError;
 use catoptric::methods::overlay::{Overlay, OverlayKind};
@@ -38,10 +39,7 @@ const REST: Duration = Duration::from_millis(60);
 /// The time between looks at a device that draws.
 const GLANCE: Duration = Duration::from_millis(1);
 
-/// Receives news, from any thread.
-pub type Tell = Arc<dyn Fn(News) + Send + Sync>;
-
-/// What draws.
+/// The part of the viewer that draws, on a thread or in a worker of its own.
 pub struct Studio {
     mailbox: Arc<Mailbox>,
     tell: Tell,
@@ -64,7 +62,7 @@ pub struct Studio {
 /// A wish and how far it has come.
 struct Current {
     wish: Arc<Wish>,
-    /// What is still to be drawn: sides and fineness, the next one last.
+    /// Pictures that are still to be drawn: side and fineness, the next one last.
     left: Vec<(usize, Fineness)>,
     /// The finest pictures so far: without their bytes, which are copied for nobody, and textures.
     done: [Option<Box<Picture>>; 2],
@@ -74,7 +72,7 @@ struct Current {
     made: Vec<OverlayKind>,
 }
 
-/// What a turn of the studio has come to.
+/// The end of a turn of the studio: how things go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// There is more to do.
@@ -299,7 +297,7 @@ impl Studio {
             Ok(Some(Outcome::Picture(picture))) => self.deliver(*picture),
             Ok(Some(Outcome::OnItsWay(on_its_way))) => self.on_its_way = Some(on_its_way),
             Ok(None) => {}
-            // What waits is begun in the next turn; if that changes nothing, this is done again.
+            // The newer thing that waits is begun in the next turn; if that changes nothing, this is done again.
             Err(RenderError::Cancelled(_)) => self.put_back(side, fineness),
             Err(error) => self.fail(side, error.to_string()),
         }
@@ -352,7 +350,7 @@ impl Studio {
         }
     }
 
-    /// Whether pictures of a wish are those that are wanted now: other overlays may be.
+    /// True if pictures of a wish are those that are wanted now, even if other overlays are.
     fn is_current(&self, wish: &Wish) -> bool {
         self.current.as_ref().is_some_and(|current| current.wish.shows_same(wish))
     }
@@ -369,7 +367,7 @@ impl Studio {
         self.finish();
     }
 
-    /// What is to be done again.
+    /// Puts a picture that was given up back: it is the next one to be drawn.
     fn put_back(&mut self, side: usize, fineness: Fineness) {
         if let Some(current) = &mut self.current {
             current.left.push((side, fineness));
@@ -387,7 +385,7 @@ impl Studio {
             _ => return current.made.push(kind),
         };
         let (overlay, problem) = match made {
-            // What waits is begun in the next turn.
+            // The newer thing that waits is begun in the next turn.
             Err(RenderError::Cancelled(_)) => return,
             Err(error) => (Overlay::new(kind, wish.size), Some(error.to_string())),
             Ok(overlay) => (overlay, None),

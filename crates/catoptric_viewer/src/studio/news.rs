@@ -1,4 +1,4 @@
-//! What the studio tells the window.
+//! News that the studio tells the window.
 
 use super::order::Wish;
 use catoptric::framebuffer::Framebuffer;
@@ -22,7 +22,7 @@ pub struct ObjectSummary {
     pub role: Role,
     /// Index of refraction.
     pub ior: f32,
-    /// What of its look can be changed, as the file gives it.
+    /// The parts of the object's look that can be changed, as the file gives them.
     pub look: Look,
     /// Number of its triangles.
     pub triangles: u32,
@@ -33,18 +33,18 @@ pub struct ObjectSummary {
 /// An animation of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipSummary {
-    /// Its name; may be empty.
+    /// The name; may be empty.
     pub name: String,
     /// The time of its last key, in seconds.
     pub duration: f32,
 }
 
-/// What a scene holds.
+/// The contents of a scene, for the window.
 #[derive(Clone, Debug)]
 pub struct SceneSummary {
     /// The load's number.
     pub number: u64,
-    /// Its name.
+    /// The scene's name.
     pub name: String,
     /// The cameras of the file; where there is none, one that frames the scene.
     pub cameras: Vec<Camera>,
@@ -52,7 +52,7 @@ pub struct SceneSummary {
     pub objects: Vec<ObjectSummary>,
     /// Number of triangles.
     pub triangles: usize,
-    /// Its animations.
+    /// The scene's animations.
     pub clips: Vec<ClipSummary>,
     /// The box around everything at time 0.
     pub bounds: Aabb,
@@ -66,7 +66,7 @@ pub struct SceneSummary {
     pub has_environment: bool,
     /// The order that it needs.
     pub order_needed: u32,
-    /// What shows it well from its first camera.
+    /// The exposure and tone mapping that suit the picture from the first camera.
     pub display: Display,
     /// The exposure, in stops, that makes it of middle brightness from its first camera.
     pub automatic_stops: f32,
@@ -89,9 +89,9 @@ pub struct Picture {
     pub side: usize,
     /// The wish that it answers.
     pub wish: Arc<Wish>,
-    /// It has all pixels and samples that were wished for; else it is a draft.
+    /// True if the picture has all pixels and samples that were wished for; else it is a draft.
     pub is_whole: bool,
-    /// Its samples a pixel.
+    /// Samples a pixel.
     pub samples: u32,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -120,7 +120,7 @@ pub struct Compared {
     pub over_0_1: f64,
     /// The heat map of FLIP, three bytes a pixel.
     pub heat_rgb: Vec<u8>,
-    /// Its width and height.
+    /// Width and height of the heat map, in pixels.
     pub size: [u32; 2],
 }
 
@@ -145,7 +145,7 @@ pub enum News {
         /// 0 to 1.
         share: Option<f32>,
     },
-    /// What draws from now on, and why, for the line below the picture.
+    /// A line for below the picture: which processor draws from now on, and why.
     Remark {
         /// The words.
         text: String,
@@ -193,7 +193,7 @@ pub enum News {
     Placed(Box<super::places::Places>),
     /// An overlay is there.
     Overlaid(Box<Overlaid>),
-    /// What is seen at a place of the picture.
+    /// The answer to [`Order::Pick`](super::order::Order::Pick): the objects at a place of the picture.
     Picked {
         /// The order's number.
         number: u64,
@@ -201,3 +201,6 @@ pub enum News {
         path: Vec<super::pick::Bounce>,
     },
 }
+
+/// Receives news, from any thread.
+pub type Tell = Arc<dyn Fn(News) + Send + Sync>;

@@ -1,4 +1,4 @@
-//! What the window asks of the studio.
+//! Orders and wishes of the window to the studio.
 
 use catoptric::error::SceneError;
 use catoptric::methods::Quality;
@@ -22,9 +22,9 @@ pub enum Source {
     File(PathBuf),
     /// A file that was dropped or downloaded, by its name, with those that came with it.
     Bytes {
-        /// Its name, whose extension tells its kind.
+        /// The file's name, whose extension tells its kind.
         name: String,
-        /// Its content.
+        /// The file's content.
         bytes: Arc<[u8]>,
         /// The files that came with it, which it may name.
         beside: Beside,
@@ -67,7 +67,7 @@ impl Source {
         }
     }
 
-    /// Its name without folders and parameters.
+    /// The name without folders and parameters.
     pub fn short_name(&self) -> String {
         match self {
             Self::Builtin(spec) => spec.split('?').next().unwrap_or(spec).into(),
@@ -97,7 +97,7 @@ pub struct Opening {
     pub variant: Option<String>,
     /// Files that a scene names may lie anywhere.
     pub allow_outside: bool,
-    /// What lets light pass and has no volume is glass all through.
+    /// Materials that let light pass and have no volume are taken for glass all through.
     pub has_solid_glass: bool,
     /// Nothing casts shadows.
     pub lacks_shadows: bool,
@@ -127,7 +127,7 @@ pub struct RoleChange {
     pub ior: Option<f32>,
 }
 
-/// What is different from the scene's file, by names of nodes or materials.
+/// The user's changes over the scene's file, by names of nodes or materials.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
     /// Roles; later ones win.
@@ -174,7 +174,7 @@ pub struct Wish {
     pub time: f32,
     /// The index of the animation that plays alone; `None`: all that the scene plays.
     pub clip: Option<usize>,
-    /// What is different from the file.
+    /// The user's changes over the file.
     pub changes: Changes,
     /// The camera.
     pub camera: Camera,
@@ -188,7 +188,7 @@ pub struct Wish {
     pub display: Display,
     /// Both sides are to be compared once they are done.
     pub compares: bool,
-    /// What is to be shown over the left side once it is done.
+    /// Overlays to be shown over the left side once its picture is done.
     pub overlays: Vec<OverlayKind>,
 }
 
@@ -225,7 +225,7 @@ pub enum Order {
     },
     /// Use a bake wherever it fits, from now on.
     UseBake {
-        /// Its file.
+        /// The bake's file.
         path: PathBuf,
     },
     /// Tell what is seen at a place of the picture (pixels) of the last wish.

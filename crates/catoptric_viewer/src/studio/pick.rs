@@ -1,4 +1,4 @@
-//! What is seen at a place of the picture: the path of its ray.
+//! Picking: the path of the ray through a place of the picture.
 
 use catoptric::light::path_tracer::NearPlane;
 use catoptric::light::tracer::Tracer;
@@ -14,7 +14,7 @@ pub struct Bounce {
     pub object: u32,
     /// The place in the world.
     pub position: Vec3,
-    /// What happens there; `None` where the path ends.
+    /// How the path goes on there, reflected or transmitted; `None` where it ends.
     pub kind: Option<BounceKind>,
     /// The distance from the place before, or from where the ray starts.
     pub distance: f32,

@@ -31,7 +31,7 @@ fn roughness_of(material: &Material) -> Option<f32> {
 /// The size of the small picture by which the display is chosen.
 const SMALL_PICTURE: [u32; 2] = [64, 48];
 
-/// What shows a scene well from a camera, and the exposure in stops that makes it of middle brightness.
+/// The display that suits a scene from a camera, and the exposure in stops that makes it of middle brightness.
 fn fitting_display(scene: &Arc<Scene>, camera: &Camera) -> (Display, f32) {
     let [width, height] = SMALL_PICTURE;
     let view = scene.view(camera, width, height);
@@ -42,7 +42,7 @@ fn fitting_display(scene: &Arc<Scene>, camera: &Camera) -> (Display, f32) {
         prepared.frame(&view, &Silent)?.draw(&mut picture, &Silent)?;
         Ok(())
     };
-    // What cannot be drawn is told once it is to be shown.
+    // The user is told why a scene cannot be drawn once it is to be shown.
     if { draw }().is_err() {
         return (Display::default(), 0.0);
     }

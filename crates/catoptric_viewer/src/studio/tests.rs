@@ -206,7 +206,7 @@ fn overlays_are_made_at_rest_and_pictures_stay() {
     bench.mailbox.wish(Arc::new(wanted.clone()));
     bench.run();
     let tiles = overlaid(&bench);
-    // Those that are there are not made again.
+    // Overlays that are there are not made again.
     wanted.overlays = vec![OverlayKind::Paths, OverlayKind::Tiles, OverlayKind::Layers];
     bench.mailbox.wish(Arc::new(wanted.clone()));
     bench.run();

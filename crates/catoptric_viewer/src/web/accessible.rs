@@ -8,11 +8,11 @@ use std::collections::HashMap;
 /// A widget of the window.
 #[derive(Clone, Serialize)]
 struct Widget {
-    /// Its kind, such as `CheckBox`.
+    /// The kind of widget, such as `CheckBox`.
     role: String,
-    /// Its name.
+    /// The name by which it is announced.
     label: String,
-    /// Its text or number.
+    /// The text or number that it holds.
     value: String,
     /// Left, top, width and height in points.
     rect: [f64; 4],

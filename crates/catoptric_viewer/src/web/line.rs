@@ -35,7 +35,7 @@ pub(super) struct WorkerLine {
 /// A worker and what is known of it.
 struct RunningWorker {
     worker: Worker,
-    /// What is to draw.
+    /// The page's option `processor`: the one that is to draw.
     processor: String,
     inbox: Inbox,
     /// Counts of messages that were sent, in memory that the worker sees while it works: all, and those about something
@@ -47,10 +47,11 @@ struct RunningWorker {
 }
 
 impl WorkerLine {
-    /// Starts the worker of this address with the compiled module that the page runs. `processor` is what is to draw.
+    /// Starts the worker of this address with the compiled module that the page runs. `processor` is the page's
+    /// option: the one that is to draw.
     ///
     /// # Errors
-    /// What the browser says.
+    /// The browser's error if it starts no worker.
     pub(super) fn start(url: &str, (module, processor): (&JsValue, &str), window: &Context) -> Result<Self, JsValue> {
         let running = RefCell::new(Some(RunningWorker::start(url, (module, processor), window)?));
         let (url, module, window) = (url.into(), module.clone(), window.clone());

@@ -28,7 +28,7 @@ impl Page {
     /// drawing the window).
     ///
     /// # Errors
-    /// What the browser says where neither WebGPU nor WebGL draws.
+    /// The browser's error where neither WebGPU nor WebGL draws.
     pub async fn start(
         canvas: HtmlCanvasElement,
         worker_url: String,
@@ -92,7 +92,7 @@ impl Page {
                 // None are made in pages.
                 ViewerEvent::Report(_) => return,
             };
-            // What it throws is the page's to care for.
+            // Errors that the function throws are the page's to care for.
             let _ = told.call2(&JsValue::NULL, &kind.into(), &detail.into());
         }));
         Ok(())
@@ -103,9 +103,9 @@ impl Page {
         self.runner.destroy();
     }
 
-    /// What is shown, as JSON: `scene`, `method`, `settings` (over the method's defaults), `sharp`, `size`, `rect`
-    /// (left, top, width and height in points), `eye`, `messages`, `remark` (what draws, and why), `processor` (what
-    /// has drawn the left side).
+    /// The state of the viewer, as JSON: `scene`, `method`, `settings` (over the method's defaults), `sharp`, `size`,
+    /// `rect` (left, top, width and height in points), `eye`, `messages`, `remark` (which processor draws, and why),
+    /// `processor` (the one that has drawn the left side).
     ///
     /// # Errors
     /// Viewers that have stopped.

@@ -1,7 +1,7 @@
 //! The studio in a worker, which draws by WebGPU where there is a device, else by the CPU.
 //!
-//! What waits for it is known through memory that both share, where the page is isolated; else work is not ended before
-//! it is done.
+//! Where the page is isolated, memory that both share tells the worker of messages that wait; else work is not ended
+//! before it is done.
 
 use catoptric_gpu::Context;
 use catoptric_viewer::studio::news::News;
@@ -23,7 +23,8 @@ thread_local! {
     static POST: RefCell<Option<Function>> = const { RefCell::new(None) };
 }
 
-/// Whether messages wait that were not received.
+/// True if messages wait that were not received; with `for_anything` false, only those about something else than eye
+/// and time count.
 fn waits_outside(for_anything: bool) -> bool {
     let index = if for_anything { 0 } else { 1 };
     let sent = SENT.with_borrow(|sent| Atomics::load(sent.as_ref()?, index).ok());

@@ -100,7 +100,7 @@ pub(crate) fn draws_without_waiting() {
     let whole = by_device[1];
     assert!(whole.linear.is_some() && off(whole) < 0.005, "{}", off(whole));
     assert!(whole.report.counts["tiles"] > 0, "what tiles did is counted");
-    // What devices do not draw, the processor does.
+    // The processor draws methods that devices do not.
     assert!(pictures.iter().any(|picture| picture.side == 1 && picture.samples == 16 && picture.is_whole));
     // Before its first picture the device makes programs of the shaders: until then the processor draws.
     let first_of_device = pictures.iter().position(|picture| picture.processor != "CPU").unwrap();

@@ -35,7 +35,7 @@ struct Running(Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended of itself.
+        // The program may have ended of itself.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

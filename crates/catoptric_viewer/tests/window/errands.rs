@@ -75,7 +75,7 @@ fn report() {
     let page = std::fs::read_to_string(place.join("report.html")).unwrap();
     assert!(page.contains("environment_map") && page.contains("auto"), "{}", messages(&session));
     assert!(messages(&session).contains("report.html"));
-    // It is of the same view.
+    // The report is of the same view.
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(place.join("report.json")).unwrap()).unwrap();
     let [width, height] = session.state().wish().unwrap().size;
     assert_eq!((&report[0]["size"][0], &report[0]["size"][1]), (&width.into(), &height.into()));
@@ -96,7 +96,7 @@ fn bake() {
     session.state_mut().bake(&file);
     wait(&mut session);
     settle(&mut session, |viewer| viewer.processor() == Some("CPU, baked") && viewer.is_sharp());
-    // It is the bake of what was shown, and shows the same.
+    // The bake is of the scene that was shown, and shows the same.
     let wish = session.state().wish().unwrap().clone();
     let (scene, drawn) = (scene(SCENE), &wish.sides[0]);
     let info = methods::find("light_field").unwrap();
@@ -104,7 +104,7 @@ fn bake() {
     asked.check(&BakedFile::open(&file).unwrap(), "the bake").unwrap();
     assert!(session.state().pixels(0).unwrap() == before, "another picture");
     assert!(*session.state().picture(0).unwrap() == expected(&scene, &wish, 0), "not the library's");
-    // What it does not fit is said, and drawn without it.
+    // A scene that the bake does not fit is drawn without it, and the user is told so.
     session.state_mut().open(catoptric_viewer::studio::order::Source::Builtin("sphere_room?tess=6".into()));
     settle(&mut session, |viewer| viewer.processor() == Some("CPU") && viewer.is_sharp());
     assert!(messages(&session).contains("is the bake of something else"), "{}", messages(&session));

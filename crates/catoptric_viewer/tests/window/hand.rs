@@ -1,4 +1,4 @@
-//! What the hand does: none of it needs a device.
+//! Mouse, keys and files that are dropped: none of it needs a device.
 
 use crate::session::{SCENE, choose_parallax_box, expected, open, scene, settle};
 use crate::trial;
@@ -73,7 +73,7 @@ fn dragging_turns() {
     let turned = one.angle_between(other).to_degrees();
     let wanted = 180.0 * 40.0 / session.state().picture_rect().height();
     assert!((0.6 * wanted..1.05 * wanted).contains(&turned), "{turned} of {wanted}");
-    // What is shown is that view.
+    // The picture shows that view.
     assert_eq!(session.state().picture(0).unwrap(), &expected(&scene, &after, 0));
 }
 
@@ -202,7 +202,7 @@ fn dropped_files() {
     };
     drop_file(&mut session, "broken.glb", "this is no scene");
     settle(&mut session, |viewer| viewer.messages().any(|message| message.contains("broken.glb")));
-    // What was shown stays.
+    // The old scene stays.
     assert!(session.state().picture(0).is_some());
     let ball = "[[reflector]]\nname = 'ball'\nsurface = 'sphere'\ncenter = [0, 0, 0]\nradius = 1\n";
     drop_file(&mut session, "ball.toml", ball);

@@ -1,4 +1,4 @@
-//! What is shown over the picture.
+//! Overlays and marks over the picture.
 
 use crate::session::{SCENE, Session, expected, open, scene, settle};
 use crate::trial;
@@ -11,7 +11,7 @@ pub(crate) fn trials() -> Vec<Trial> {
     vec![trial("an overlay is chosen, shown with its legend, and hidden in motion", chosen_and_hidden)]
 }
 
-/// Those that look at the screen.
+/// The trials that look at the screen.
 pub(crate) fn screens() -> Vec<Trial> {
     vec![
         trial("an overlay covers the pixels that it is of", covers),
@@ -37,7 +37,7 @@ fn chosen_and_hidden() {
     assert!(tiles.size == session.state().wish().unwrap().size && !tiles.segments.is_empty());
     session.step();
     session.get_by_label("one bundle of rays");
-    // What the method does not have is not offered.
+    // Overlays that the method does not have are not offered.
     assert!(session.query_by_role_and_label(Role::CheckBox, OverlayKind::Layers.name()).is_none());
     // The picture below it is the same.
     let wish = session.state().wish().unwrap().clone();

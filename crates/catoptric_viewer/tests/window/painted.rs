@@ -1,4 +1,4 @@
-//! What the window looks like where the processor draws it, alone and beside a device.
+//! The window's looks where the processor draws it, alone and beside a device.
 
 use egui::{Context, FullOutput, TexturesDelta};
 use egui_kittest::TestRenderer;

@@ -52,6 +52,6 @@ fn goes_on_after_panics() {
     failure.store(4, Ordering::SeqCst);
     fly(&mut session);
     settle(&mut session, |viewer| told(viewer, "drawing has stopped"));
-    // What was drawn last stays.
+    // The last picture stays.
     assert!(session.state().picture(0).is_some());
 }

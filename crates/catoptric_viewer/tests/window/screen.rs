@@ -1,4 +1,4 @@
-//! What is seen on the screen.
+//! The pixels of the window on the screen.
 
 use crate::painted::{Beside, Painted};
 use crate::session::{SCENE, Session, expected, open, open_on, open_with, scene, settle, share_off, start};

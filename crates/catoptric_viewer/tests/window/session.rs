@@ -37,7 +37,7 @@ pub(crate) fn open_on(device: Option<RenderState>, scene: &str, method: &str, ag
     open_as(device, start(scene, method, against))
 }
 
-/// What a window begins with.
+/// The scene, methods and quality that a window begins with.
 pub(crate) fn start(scene: &str, method: &str, against: Option<&str>) -> Start {
     Start {
         source: Source::of_word(scene),
@@ -125,7 +125,7 @@ pub(crate) fn scene(spec: &str) -> Arc<Scene> {
     Arc::new(scene)
 }
 
-/// What the library draws for a side of a wish.
+/// The library's own picture for a side of a wish.
 pub(crate) fn expected(scene: &Arc<Scene>, wish: &Wish, side: usize) -> Framebuffer {
     let drawn = &wish.sides[side];
     let method = methods::create(&drawn.method, &drawn.settings).unwrap();

@@ -1,35 +1,42 @@
 //! The drawing of a frame on a device.
 
-pub(super) mod confined;
-pub(super) mod fields;
-pub(super) mod layers;
-pub(super) mod lists;
-pub(super) mod maps;
-pub(super) mod mirrors;
-pub(super) mod rough;
-pub(super) mod samples;
-pub(super) mod targets;
-pub(super) mod tiles;
-pub(super) mod timer;
-pub(super) mod virtual_mesh;
+mod confined;
+mod drawn_scene;
+mod lookup;
+mod passes;
+mod paths;
+mod picture;
+mod reflections;
+mod rough;
+mod samples;
+mod targets;
+mod tiles;
+mod timer;
+
+pub(crate) use confined::{DeviceMirrors, OnDevice, Search};
+pub(crate) use drawn_scene::DrawnScene;
+pub(crate) use lookup::{DeviceFields, DeviceLayers, DeviceMaps};
+pub(crate) use reflections::Reflections;
+pub(crate) use timer::Timer;
 
 use super::context::Context;
-use super::pipelines::{Meeting, SAMPLE_COUNTS, Shading};
-use super::reading::{Label, Readback};
-use super::upload::{DeviceScene, FRAME_STRIDE, MAX_BANDS, Reflections, group};
+use super::pipelines::{Meeting, SAMPLE_COUNTS, Shading, group};
+use super::readback::{Label, Readback};
+use super::scene::{DeviceScene, FRAME_STRIDE, MAX_BANDS};
 use crate::error::GpuError;
 use crate::layout::{Appearance, Frame, MAX_ORDER, Reflection, bits, frame_flags};
 use catoptric::methods::path_lists::PathLists;
 use catoptric::methods::{Quality, Report};
 use catoptric::scene::{Scene, View};
+use confined::{DeviceLists, VirtualCounts, VirtualTables};
 use glam::{Mat4, Vec3, Vec4};
-use lists::DeviceLists;
+use passes::{Band, WORKGROUP, begin};
+use paths::Paths;
+use picture::PictureTables;
 use samples::{Part, Sums, parts_of};
 use std::sync::Arc;
-use targets::{PictureTables, Targets};
-use tiles::{BLOCKS, Band, Paths, Seen, TileCounts, WORKGROUP, begin, cell_side, hit_bytes, tile_rows};
-use timer::Timer;
-use virtual_mesh::{VirtualCounts, VirtualTables};
+use targets::Targets;
+use tiles::{BLOCKS, Seen, TileCounts, cell_side, hit_bytes, tile_rows};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BufferUsages, TextureView};
 
@@ -39,7 +46,7 @@ const PIXELS_AT_ONCE: u32 = 1 << 20;
 const TILES_AT_ONCE: u32 = 65_535 / BLOCKS;
 /// The most bytes of a band's table of hits: devices bind no more than 128 MiB.
 const HIT_BYTES_AT_ONCE: u64 = 1 << 27;
-/// What shades pixels without mirrors and glass, and those with them; for each of [`SAMPLE_COUNTS`].
+/// The shaders' functions for pixels without mirrors and glass, and for those with them; for each of [`SAMPLE_COUNTS`].
 const ENTRIES: [[&str; 2]; 2] =
     [["shade_one_sample", "follow_one_sample"], ["shade_four_samples", "follow_four_samples"]];
 /// The last of them for scenes in which light spreads.
@@ -78,7 +85,7 @@ pub(crate) enum Geometry<'a> {
     OnDevice(&'a Found),
 }
 
-/// What the device finds the geometry of a view with.
+/// The reflectors of a view whose geometry the device finds, and the tables for it.
 #[derive(Debug)]
 pub(crate) struct Found {
     reflectors: Vec<Reflection>,
@@ -89,14 +96,15 @@ impl Found {
     /// For a view; `None` where the processor finds it.
     pub(crate) fn new(
         context: &Context,
-        resident: &DeviceScene,
+        drawn: &DrawnScene,
         scene: &Scene,
         view: &View,
     ) -> Result<Option<Self>, GpuError> {
-        let Reflections::Projected(Some(on_device)) = &resident.reflections else { return Ok(None) };
+        let DrawnScene { resident, reflections, virtual_tables, .. } = drawn;
+        let Reflections::Projected(Some(on_device)) = reflections else { return Ok(None) };
         let clip_from_world = clip_from_world(scene, view, view.rays().perspective);
         let Some(reflectors) = on_device.seen_in(scene, view, &clip_from_world) else { return Ok(None) };
-        let tables = VirtualTables::get(context, resident, on_device, [view.width, view.height])?;
+        let tables = VirtualTables::get(context, resident, virtual_tables, on_device, [view.width, view.height])?;
         Ok(tables.map(|tables| Self { reflectors, tables }))
     }
 }
@@ -106,21 +114,21 @@ impl Found {
 pub(crate) struct Drawing {
     tables: Arc<PictureTables>,
     virtual_tables: Option<Arc<VirtualTables>>,
-    /// Of what has been left out.
+    /// Counts of what has been left out.
     pub(crate) report: Report,
 }
 
 impl Drawing {
-    /// Its colours, until another view of the scene is drawn.
+    /// The view's colours, until another view of the scene is drawn.
     pub(crate) fn colors(&self) -> &wgpu::Texture {
         &self.tables.targets.colors
     }
 
     /// Copies what was counted, to be read once the work is done.
     pub(crate) fn copy_counts(&self, context: &Context, encoder: &mut wgpu::CommandEncoder, readback: &mut Readback) {
-        readback.buffer(context, encoder, Label::Tiles, self.tables.tiles.counts());
+        readback.buffer(&context.device, encoder, Label::Tiles, self.tables.tiles.counts());
         if let Some(tables) = &self.virtual_tables {
-            readback.buffer(context, encoder, Label::VirtualGeometry, tables.counts());
+            readback.buffer(&context.device, encoder, Label::VirtualGeometry, tables.counts());
         }
     }
 
@@ -149,7 +157,7 @@ impl Drawing {
 /// Adds the drawing of a view, which has pixels, to other work.
 pub(crate) fn encode(
     context: &Context,
-    resident: &DeviceScene,
+    drawn_scene: &DrawnScene,
     sight: Sight<'_>,
     encoder: &mut wgpu::CommandEncoder,
     timer: &mut Timer,
@@ -169,11 +177,11 @@ pub(crate) fn encode(
     let mut sums = Sums::new(context, [view.width, view.height], parts.len());
     let mut drawn = None;
     for part in parts {
-        let (tables, of_part) = encode_part(context, resident, (sight, part), lists.as_ref(), encoder, timer)?;
+        let (tables, of_part) = encode_part(context, drawn_scene, (sight, part), lists.as_ref(), encoder, timer)?;
         if let Some(sums) = &mut sums {
             sums.add(encoder, context, &tables.targets.colors, timer);
         }
-        // That of all parts is the same.
+        // The reports of all parts are the same.
         drawn = Some((tables, of_part));
     }
     context.check()?;
@@ -185,25 +193,27 @@ pub(crate) fn encode(
 /// The same of a part of the samples.
 fn encode_part(
     context: &Context,
-    resident: &DeviceScene,
+    drawn_scene: &DrawnScene,
     (sight, part): (Sight<'_>, Part),
     lists: Option<&DeviceLists>,
     encoder: &mut wgpu::CommandEncoder,
     timer: &mut Timer,
 ) -> Result<(Arc<PictureTables>, Report), GpuError> {
     let Context { device, pipelines, .. } = context;
+    let DrawnScene { resident, reflections, .. } = drawn_scene;
     let Sight { scene, view, quality: Quality { order, .. }, geometry } = sight;
     let quality = Quality { samples: part.samples, order };
     let index = SAMPLE_COUNTS.iter().position(|count| *count == part.samples).unwrap_or_default();
-    let paths = Paths::of(resident, quality.order, matches!(geometry, Some(Geometry::OnDevice(_))));
-    // What paths are shaded by, beside the hits on them.
-    let (meeting, hierarchy, looked_up) = match &resident.reflections {
+    let way = reflections.way(matches!(geometry, Some(Geometry::OnDevice(_))));
+    let paths = Paths::of(resident, quality.order, way);
+    // The tables by which paths are shaded, beside the hits on them.
+    let (meeting, hierarchy, looked_up) = match reflections {
         Reflections::LookedUp(maps) => (Meeting::Maps, &resident.hierarchy, Some(&maps.group)),
         Reflections::Fields(fields) => (Meeting::Fields, &fields.hierarchy, Some(&fields.group)),
         Reflections::Layers(layers) => (Meeting::Layers, &layers.hierarchy, Some(&layers.group)),
         _ => (Meeting::Followed, &resident.hierarchy, None),
     };
-    // What leaves surfaces that spread light is traced.
+    // Rays that leave surfaces that spread light are traced.
     let traces = quality.order > paths.known_events() || resident.features.spreads_light();
     let [seen, mut followed] = ENTRIES[index];
     if resident.features.spreads_light() && part.samples > 1 {
@@ -216,7 +226,7 @@ fn encode_part(
     let rows = rows_at_once(view, quality.samples, paths);
     let size = [view.width, view.height];
     let cells = cells_of(view.width, rows, samples);
-    let picture_tables = PictureTables::get(context, resident, size, cells, samples, paths)?;
+    let picture_tables = PictureTables::get(context, &drawn_scene.picture, size, cells, samples, paths)?;
     let PictureTables { targets, tiles: tables, rough, .. } = &*picture_tables;
     let written = targets.colors.create_view(&Default::default());
     let resources = [
@@ -225,7 +235,7 @@ fn encode_part(
         (2, tables.work.as_entire_binding()),
     ];
     let picture = group(device, &pipelines.picture, resources.into_iter().chain(rough.read()));
-    let mut record = frame_record(scene, view, quality, resident);
+    let mut record = frame_record(scene, view, quality, drawn_scene);
     record.tiled_events = paths.known_events();
     record.followed = tables.followed();
     (record.sample_place, record.sample_side) = (part.place, part.side);
@@ -233,7 +243,7 @@ fn encode_part(
     write_frames(encoder, context, resident, &records);
     targets.draw_ids(encoder, context, resident, index, timer);
     let mut report = Report::default();
-    let canvas = Canvas { context, resident, targets, index, is_first: part.is_first };
+    let canvas = Canvas { context, drawn_scene, targets, index, is_first: part.is_first };
     let of_objects = draw_paths(encoder, canvas, (sight, quality, paths), lists, timer, &mut report)?;
     let known = Seen { targets, of_objects, rough };
     if part.is_first {
@@ -276,12 +286,12 @@ fn write_frames(encoder: &mut wgpu::CommandEncoder, context: &Context, resident:
 /// Where the vertices of a scene appear in a view, reflector by reflector: waits for the device.
 pub(crate) fn vertex_appearances(
     context: &Context,
-    resident: &DeviceScene,
+    drawn_scene: &DrawnScene,
     (scene, view, quality): (&Scene, &View, Quality),
     found: &Found,
 ) -> Result<Vec<VertexAppearance>, GpuError> {
-    let Found { reflectors, tables } = found;
-    let record = frame_record(scene, view, quality, resident);
+    let (Found { reflectors, tables }, resident) = (found, &drawn_scene.resident);
+    let record = frame_record(scene, view, quality, drawn_scene);
     let axis = -Vec3::from(view.world_from_view.matrix3.z_axis);
     let mut all = Vec::new();
     for reflector in reflectors {
@@ -308,22 +318,22 @@ pub struct VertexAppearance {
     pub reflector: u32,
     /// The number of the vertex.
     pub vertex: u32,
-    /// Its place in the picture, in pixels from the upper left corner.
+    /// The appearance's place in the picture, in pixels from the upper left corner.
     pub image_px: [f32; 2],
     /// From the eye by the reflector to the vertex (orthographic: from the eye's plane).
     pub path_length: f32,
-    /// It appears next to the reflector, where that does not show it any more.
+    /// True if the vertex appears next to the reflector, where that does not show it any more.
     pub is_beside: bool,
 }
 
 /// The state of appearances in the reflector.
 const WITHIN: u32 = 1;
 
-/// What the geometry of paths is drawn with.
+/// The scene and textures with which the geometry of paths is drawn.
 #[derive(Clone, Copy)]
 struct Canvas<'a> {
     context: &'a Context,
-    resident: &'a DeviceScene,
+    drawn_scene: &'a DrawnScene,
     targets: &'a Targets,
     /// The place of the number of samples.
     index: usize,
@@ -339,9 +349,9 @@ fn draw_paths<'a>(
     timer: &mut Timer,
     report: &mut Report,
 ) -> Result<Option<&'a TextureView>, GpuError> {
-    let Canvas { context, resident, targets, index, is_first } = canvas;
+    let Canvas { context, drawn_scene: DrawnScene { resident, reflections, .. }, targets, index, is_first } = canvas;
     let Sight { scene, view, geometry, .. } = sight;
-    if let Reflections::Mirrored(mirrors) = &resident.reflections {
+    if let Reflections::Mirrored(mirrors) = reflections {
         let clip_from_world = clip_from_world(scene, view, view.rays().perspective);
         let what = (scene, view, quality);
         mirrors.draw(encoder, context, resident, what, clip_from_world, targets, timer, report)?;
@@ -350,8 +360,7 @@ fn draw_paths<'a>(
         lists.draw(encoder, context, resident, (paths, quality), targets, timer)?;
         return Ok(Some(&lists.of_objects));
     }
-    let (Some(Geometry::OnDevice(found)), Reflections::Projected(Some(on_device))) = (geometry, &resident.reflections)
-    else {
+    let (Some(Geometry::OnDevice(found)), Reflections::Projected(Some(on_device))) = (geometry, reflections) else {
         return Ok(None);
     };
     let Found { reflectors, tables } = found;
@@ -397,7 +406,8 @@ fn rows_at_once(view: &View, samples: u32, paths: Paths) -> u32 {
     units.div_ceil(units.div_ceil(most)) * unit
 }
 
-fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceScene) -> Frame {
+fn frame_record(scene: &Scene, view: &View, quality: Quality, drawn_scene: &DrawnScene) -> Frame {
+    let DrawnScene { resident, reflections, .. } = drawn_scene;
     let rays = view.rays();
     Frame {
         clip_from_world: clip_from_world(scene, view, rays.perspective).to_cols_array_2d(),
@@ -405,7 +415,7 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, resident: &DeviceS
         flags: bits(&[
             (frame_flags::PERSPECTIVE, rays.perspective),
             // As on the processor.
-            (frame_flags::APART, matches!(resident.reflections, Reflections::Mirrored(_))),
+            (frame_flags::APART, matches!(reflections, Reflections::Mirrored(_))),
         ]),
         direction: rays.direction.to_array(),
         order: quality.order,

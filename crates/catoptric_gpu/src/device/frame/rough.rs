@@ -1,21 +1,16 @@
-//! What rough mirrors reflect: grids of sharp rays, blurred by the lobe of each place. See `wgsl/rough`.
+//! The light that rough mirrors reflect: grids of sharp rays, blurred by the lobe of each place. See `wgsl/rough`.
 
-use super::tiles::{Band, WORKGROUP, begin};
+use super::passes::{Band, WORKGROUP, begin};
 use super::timer::Timer;
 use crate::device::context::Context;
-use crate::device::kept::Kept;
-use crate::device::pipelines::{layout, pipeline_layout, storage, uniform, written_storage};
-use crate::device::upload::{DeviceScene, group};
+use crate::device::pipelines::{BLUR, FIND_NEAR, FOLLOW, MARK, MEET, REDUCE, group};
+use crate::device::scene::DeviceScene;
 use crate::layout::{GRIDS, Grids, LIGHT_BYTES, MOST_REDUCTIONS, PASSAGE_BYTES, SHARP_BYTES, WORD_BYTES};
-use crate::shader;
-use crate::tables::SceneFeatures;
 use catoptric::scene::{Scene, View};
 use glam::Vec3;
 use std::num::NonZeroU64;
-
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
-use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferUsages};
-use wgpu::{ComputePipeline, ShaderStages};
+use wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
 
 /// Cells of the finest grid along the shorter side of a picture, at least, unless memory allows no more.
 const CELLS: u32 = 480;
@@ -30,76 +25,6 @@ const GRIDS_SIZE: u64 = size_of::<Grids>() as u64;
 const STRIDE: u64 = GRIDS_SIZE.next_multiple_of(256);
 /// A record a grid, then one for each mean.
 const RECORDS: u64 = (GRIDS + MOST_REDUCTIONS) as u64;
-/// Where shaders that shade pixels read the light of cells, and the grids.
-pub(crate) const READ: [(u32, BindingType); 2] = [storage(3), (5, uniform(false))];
-
-/// The pipelines of grids.
-#[derive(Debug)]
-pub(crate) struct RoughPipelines {
-    tables: BindGroupLayout,
-    marking: BindGroupLayout,
-    /// Of grids, and of the marking of hits.
-    layouts: [wgpu::PipelineLayout; 2],
-    /// Of rays, of means, and of the marking of hits.
-    modules: [wgpu::ShaderModule; 3],
-    /// By entries, what scenes have, and samples.
-    known: Kept<(&'static str, SceneFeatures, u32), ComputePipeline>,
-}
-
-/// The passes over a grid, by the place of their module.
-const MEET: (usize, &str) = (0, "meet");
-const FIND_NEAR: (usize, &str) = (0, "find_near");
-const FOLLOW: (usize, &str) = (0, "follow");
-const REDUCE: (usize, &str) = (1, "reduce");
-const BLUR: (usize, &str) = (1, "blur");
-const MARK: (usize, &str) = (2, "mark_blurred");
-
-impl RoughPipelines {
-    pub(crate) fn new(device: &wgpu::Device, scene: &BindGroupLayout, hierarchy: &BindGroupLayout) -> Self {
-        let stage = ShaderStages::COMPUTE;
-        let written = [0, 1, 2, 3, 4, 6, 7].map(written_storage);
-        let of_tables: Vec<_> = written.into_iter().chain([(5, uniform(true))]).collect();
-        let tables = layout(device, "rough mirrors", stage, &of_tables);
-        let of_marking: Vec<_> = [written_storage(0)].into_iter().chain(READ).collect();
-        let marking = layout(device, "hits on rough mirrors", stage, &of_marking);
-        let empty = layout(device, "nothing", stage, &[]);
-        let layouts = [
-            pipeline_layout(device, &[scene, hierarchy, &tables]),
-            pipeline_layout(device, &[scene, &empty, &marking]),
-        ];
-        let modules = ["rough/cells.wgsl", "rough/blur.wgsl", "tiles/blurred.wgsl"].map(|path| {
-            let source = wgpu::ShaderSource::Wgsl(shader::source(path).into());
-            device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(path), source })
-        });
-        Self { tables, marking, layouts, modules, known: Kept::default() }
-    }
-
-    fn get(
-        &self,
-        device: &wgpu::Device,
-        (module, entry): (usize, &'static str),
-        features: SceneFeatures,
-        samples: u32,
-    ) -> ComputePipeline {
-        // Means need to know no more of a scene than that there are rough mirrors.
-        let features = if module == 0 { features } else { features.of_rays() };
-        self.known.get((entry, features, samples), || {
-            let mut constants = features.constants();
-            if module != 1 {
-                constants.push(("SAMPLES", f64::from(samples)));
-            }
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: Some(&self.layouts[module / 2]),
-                module: &self.modules[module],
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
-                cache: None,
-            })
-        })
-    }
-}
-
 /// The light of rough mirrors in pictures of a size; without any, of nothing.
 #[derive(Debug)]
 pub(crate) struct RoughTables {
@@ -169,7 +94,7 @@ impl RoughTables {
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size) / PASSAGE_BYTES;
         let wanted_px = (size[0].min(size[1]) / CELLS).clamp(1, LARGEST_CELL_PX);
         let mut layouts = (wanted_px..).map(|finest_px| grids_of(size, finest_px));
-        // Of pictures that devices draw, cells of a few pixels are few enough.
+        // For all pictures that devices draw, cells of a few pixels are few enough.
         let layout = layouts.find(|layout| cell_counts(layout)[0] <= most).unwrap_or_default();
         let [cells, means] = cell_counts(&layout);
         let sizes = [
@@ -196,7 +121,7 @@ impl RoughTables {
         self.grids.as_ref().map_or(0, |grids| grids.byte_count)
     }
 
-    /// What shaders that shade pixels read.
+    /// The bindings that shaders of pixels read: the light of rough mirrors, and the grids.
     pub(crate) fn read(&self) -> [(u32, BindingResource<'_>); 2] {
         let record = wgpu::BufferBinding { buffer: &self.records, offset: 0, size: NonZeroU64::new(GRIDS_SIZE) };
         [(3, self.light.as_entire_binding()), (5, BindingResource::Buffer(record))]
@@ -229,7 +154,7 @@ impl RoughTables {
         };
         for level in levels.clone() {
             let mut passes = vec![(MEET, level)];
-            // What is hidden is looked for near what is seen.
+            // Hidden places are looked for near those that are seen.
             passes.extend((level == 0).then_some((FIND_NEAR, level)));
             passes.push((FOLLOW, level));
             passes.extend((level + 1 < GRIDS).then_some((FIND_NEAR, level)));

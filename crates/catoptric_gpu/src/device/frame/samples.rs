@@ -1,17 +1,11 @@
 //! Pictures of other numbers of samples a pixel than devices draw at once: one sample after the other.
 
-use super::tiles::{WORKGROUP, begin};
+use super::passes::{WORKGROUP, begin};
 use super::timer::Timer;
 use crate::device::context::Context;
-use crate::device::kept::Kept;
-use crate::device::pipelines::{COLOR_FORMAT, SAMPLE_COUNTS, layout, pipeline_layout, texture, written};
-use crate::device::upload::group;
-use crate::shader;
+use crate::device::pipelines::{COLOR_FORMAT, SAMPLE_COUNTS, group};
 use catoptric::raster::sample_positions;
-
-use wgpu::{
-    BindGroupLayout, BindingResource, ComputePipeline, ShaderStages, Texture, TextureSampleType, TextureUsages,
-};
+use wgpu::{BindingResource, Texture, TextureUsages};
 
 /// A part of a pixel's samples, which is drawn at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +16,7 @@ pub(crate) struct Part {
     pub(crate) place: [f32; 2],
     /// The side of the square that a single one stands for, in pixels.
     pub(crate) side: f32,
-    /// What is the same for all parts is found with it.
+    /// True for the first part: the values that all parts share are found with it.
     pub(crate) is_first: bool,
 }
 
@@ -41,41 +35,6 @@ pub(crate) fn parts_of(samples: u32) -> Vec<Part> {
     sample_positions(samples).unwrap_or_default().iter().enumerate().map(part).collect()
 }
 
-/// Pipelines that add up the colours of parts.
-#[derive(Debug)]
-pub(crate) struct SumPipelines {
-    layout: BindGroupLayout,
-    whole: wgpu::PipelineLayout,
-    module: wgpu::ShaderModule,
-    /// By the number of parts, and whether there are some before.
-    known: Kept<(u32, bool), ComputePipeline>,
-}
-
-impl SumPipelines {
-    pub(crate) fn new(device: &wgpu::Device) -> Self {
-        let colors = |binding| texture(binding, TextureSampleType::Float { filterable: false }, false);
-        let layout = layout(device, "sums", ShaderStages::COMPUTE, &[colors(0), colors(1), written(2)]);
-        let whole = pipeline_layout(device, &[&layout]);
-        let source = wgpu::ShaderSource::Wgsl(shader::source("sum.wgsl").into());
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("sum.wgsl"), source });
-        Self { layout, whole, module, known: Kept::default() }
-    }
-
-    fn get(&self, device: &wgpu::Device, parts: u32, goes_on: bool) -> ComputePipeline {
-        self.known.get((parts, goes_on), || {
-            let constants = [("SHARE", 1.0 / f64::from(parts)), ("GOES_ON", if goes_on { 1.0 } else { 0.0 })];
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("add"),
-                layout: Some(&self.whole),
-                module: &self.module,
-                entry_point: Some("add"),
-                compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
-                cache: None,
-            })
-        })
-    }
-}
-
 /// The mean over the parts of a picture, while they are drawn.
 pub(crate) struct Sums {
     textures: [Texture; 2],
@@ -84,7 +43,7 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// Of so many parts; `None` of a single one, which is the picture.
+    /// The mean of so many parts; `None` of a single one, which is the picture itself.
     pub(crate) fn new(context: &Context, [width, height]: [u32; 2], parts: usize) -> Option<Self> {
         let texture = || {
             context.device.create_texture(&wgpu::TextureDescriptor {

@@ -1,56 +1,11 @@
-//! The textures and tables of a picture: kept for the next one of the same size.
+//! The textures that pictures are drawn to.
 
-use super::confined::CONFINED_FORMAT;
-use super::rough::RoughTables;
-use super::tiles::{Paths, TileTables};
 use super::timer::Timer;
 use crate::device::context::Context;
-use crate::device::pipelines::{COLOR_FORMAT, DEPTH_FORMAT, ID_FORMAT};
-use crate::device::upload::DeviceScene;
+use crate::device::pipelines::{COLOR_FORMAT, CONFINED_FORMAT, DEPTH_FORMAT, ID_FORMAT};
+use crate::device::scene::DeviceScene;
 use crate::error::GpuError;
-use std::sync::{Arc, PoisonError};
 use wgpu::{LoadOp, Operations, StoreOp, Texture, TextureFormat, TextureUsages, TextureView};
-
-/// What pictures of a size are drawn with. Pictures that are drawn one after the other share it: each fills all that it
-/// reads.
-#[derive(Debug)]
-pub(crate) struct PictureTables {
-    size: [u32; 2],
-    samples: u32,
-    pub(crate) targets: Targets,
-    pub(crate) tiles: TileTables,
-    /// The light of rough mirrors.
-    pub(crate) rough: RoughTables,
-}
-
-impl PictureTables {
-    /// Those of the last picture if they serve, for bands of so many columns and rows of cells.
-    pub(crate) fn get(
-        context: &Context,
-        resident: &DeviceScene,
-        size: [u32; 2],
-        cells: [u32; 2],
-        samples: u32,
-        paths: Paths,
-    ) -> Result<Arc<Self>, GpuError> {
-        let mut last = resident.picture.lock().unwrap_or_else(PoisonError::into_inner);
-        let serves = |tables: &&Arc<Self>| {
-            let has_grids = tables.rough.byte_count() > 0;
-            let serve = tables.tiles.serve(cells, samples, paths) && has_grids == paths.has_grids;
-            (tables.size, tables.samples) == (size, samples) && serve
-        };
-        if let Some(tables) = last.as_ref().filter(serves) {
-            return Ok(tables.clone());
-        }
-        // Frees its memory first.
-        *last = None;
-        let targets = Targets::new(context, size, samples, paths.drawn())?;
-        let tiles = TileTables::new(context, cells, samples, paths)?;
-        let rough = RoughTables::new(context, size, paths.has_grids);
-        context.check()?;
-        Ok(last.insert(Arc::new(Self { size, samples, targets, tiles, rough })).clone())
-    }
-}
 
 /// The textures that a view is drawn to.
 #[derive(Debug)]
@@ -65,7 +20,7 @@ pub(crate) struct Targets {
 
 impl Targets {
     /// Textures for views of a size, and for what is seen on so many paths.
-    fn new(context: &Context, size: [u32; 2], samples: u32, paths: usize) -> Result<Self, GpuError> {
+    pub(super) fn new(context: &Context, size: [u32; 2], samples: u32, paths: usize) -> Result<Self, GpuError> {
         let [width, height] = size;
         let allowed = context.device.limits().max_texture_dimension_2d;
         if width > allowed || height > allowed {

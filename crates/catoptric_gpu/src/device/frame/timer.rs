@@ -1,7 +1,7 @@
 //! Times of the stages of a frame, by the device's own clock.
 
 use crate::device::context::Context;
-use crate::device::reading::{Label, Readback};
+use crate::device::readback::{Label, Readback};
 use crate::error::GpuError;
 use wgpu::{BufferUsages, ComputePassTimestampWrites, QuerySet, RenderPassTimestampWrites};
 
@@ -61,7 +61,7 @@ impl Timer {
             mapped_at_creation: false,
         });
         encoder.resolve_query_set(queries, 0..count, &resolved, 0);
-        readback.buffer(context, encoder, Label::Times, (&resolved, 0, u64::from(count) * 8));
+        readback.buffer(&context.device, encoder, Label::Times, (&resolved, 0, u64::from(count) * 8));
     }
 
     /// The times of all stages in milliseconds, in the order of their first passes, from what was copied.

@@ -1,5 +1,5 @@
-// Where rays meet what the texels of a layer show: the twin of `methods/lookup/layered_environment_map/textures/distances`
-// and `bounds`. What the numbers mean is said there.
+// Where rays meet what the texels of a layer show: the twin of
+// `methods/lookup/layered_environment_map/textures/distances` and `bounds`. What the numbers mean is said there.
 
 const STEPS_A_LOGARITHM = 17.16;
 const MOST_DEPTH_STEPS = 12.0;
@@ -21,7 +21,7 @@ struct LayerHit {
     // By what the shell is grown to go through the hit.
     share: f32,
     is_met: bool,
-    // It meets the grown shell there from outside, towards the centre.
+    // True if the ray meets the grown shell there from outside, towards the centre.
     is_inward: bool,
     // Where the ray leaves the grown shell.
     outward: f32,
@@ -140,7 +140,8 @@ fn bounds_of_cell(layer: Layer, level: u32, face: u32, column: u32, row: u32) ->
     return vec2f(bitcast<f32>(layer_word(place)), bitcast<f32>(layer_word(place + 1u)));
 }
 
-// The bounds of what is shown wherever the way between two places passes: on one face it lies in the rectangle about them.
+// The bounds of what is shown wherever the way between two places passes: on one face it lies in the rectangle about
+// them.
 fn bounds_between(layer: Layer, start: vec3u, end: vec3u) -> vec2f {
     if start.x != end.x {
         return vec2f(0.0, FAR);
@@ -150,7 +151,7 @@ fn bounds_between(layer: Layer, start: vec3u, end: vec3u) -> vec2f {
     let low = least >> vec2u(FINEST_CELL);
     let high = min(max(start.yz, end.yz) + 1u, vec2u(layer.size - 1u)) >> vec2u(FINEST_CELL);
     let span = max(high.x - low.x, high.y - low.y);
-    // Of cells that are no smaller than the rectangle it reaches into no more than two times two.
+    // The rectangle reaches into no more than two times two cells that are no smaller than itself.
     let wanted = select(0u, firstLeadingBit(span - 1u) + 1u, span > 1u);
     let level = min(wanted, layer.bound_levels - 1u);
     let first = low >> vec2u(level);

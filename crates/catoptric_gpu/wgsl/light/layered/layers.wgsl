@@ -19,7 +19,7 @@ const LAYER_GROUP_TEXELS = 2u;
 const LAYER_TEXELS = 8u;
 const MOST_LAYERS = 17u;
 const MOST_VIEWPOINTS = 4u;
-// What is behind layers that hide less than this share is not worth a look.
+// Layers that let less than this share through hide all that is behind them.
 const OPAQUE = 1.0 / 1024.0;
 
 // The number of every object's group, from 1; four a texel.
@@ -65,8 +65,8 @@ fn met_footprint(layer: Layer, ray: ShellRay, hit: LayerHit) -> LayerFootprint {
     if layer.has_depths == 0u {
         return layer_footprint(layer, ray);
     }
-    // The ray meets the shell where it is as far away as what it meets. Shells are looked up where rays leave them: where
-    // one comes in, the same line is followed back from within.
+    // The ray meets the shell where it is as far away as what it meets. Shells are looked up where rays leave them:
+    // where one comes in, the same line is followed back from within.
     var shrunk = ray;
     if hit.is_inward {
         let within = hit.distance + 0.5 * (hit.outward - hit.distance);

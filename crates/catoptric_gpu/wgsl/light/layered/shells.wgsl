@@ -5,7 +5,8 @@
 struct Layer {
     center: vec3f,
     shape: u32,
-    // The lower corner of a box; the radius of a sphere, and of a cylinder with its bottom and top; the middle of a quad.
+    // The lower corner of a box; the radius of a sphere, and of a cylinder with its bottom and top; the middle of a
+    // quad.
     low: vec3f,
     // Texels a side of the finest level.
     size: u32,
@@ -13,7 +14,7 @@ struct Layer {
     high: vec3f,
     // Six, or one of a quad.
     faces: u32,
-    // Of a quad, to the right and up, over their squared lengths.
+    // A quad's vectors to the right and (`up`) upwards, over their squared lengths.
     right: vec3f,
     // The smallest and the largest share of the shell at which anything is shown.
     least: f32,
@@ -41,7 +42,7 @@ const SHELL_CYLINDER = 3u;
 const SHELL_QUAD = 4u;
 
 const LEAST_NUMBER = 1.1754944e-38;
-// What is seen is held to be no more oblique than this, as a ratio of a footprint's lengths.
+// Surfaces are taken to be no more oblique than this, as a ratio of a footprint's lengths.
 const MAX_OBLIQUE = 8.0;
 // The largest ratio of a footprint's axes that is resolved by several look-ups.
 const MOST_LAYER_PROBES = 4.0;
@@ -233,7 +234,7 @@ fn layer_texel(index: u32) -> vec4f {
 
 fn layer_bilinear(layer: Layer, texels: u32, located: CubePlace, level: u32) -> vec4f {
     let side = layer.size >> level;
-    // What is far beyond a square reads nothing.
+    // Places far beyond a square read nothing.
     let place = clamp((located.at + 1.0) * (0.5 * f32(side)) - 0.5, vec2f(-2.0), vec2f(f32(side) + 1.0));
     let low = floor(place);
     let share = place - low;

@@ -1,6 +1,6 @@
-// All paths of a ray. The shader that includes this says what they meet (`hit_on_path`; `root_of_paths`: of the hierarchy
-// that is traced), what lies beyond, by a path that ends there (`light_beyond`, `distance_beyond`), and what is known of
-// the light of rough mirrors that are seen directly (`known_light`).
+// All paths of a ray. The shader that includes this says what they meet (`hit_on_path`; `root_of_paths`: of the
+// hierarchy that is traced), what lies beyond, by a path that ends there (`light_beyond`, `distance_beyond`), and what
+// is known of the light of rough mirrors that are seen directly (`known_light`).
 
 //#include "light/paths/paths.wgsl"
 
@@ -16,8 +16,8 @@ struct PictureRay {
     numbers: RayNumbers,
 }
 
-// Of rays that leave a surface which spreads light, those that are still to be followed. Paths that began there have but
-// one such child each: there is one surface at a time.
+// Rays that leave a surface which spreads light and are still to be followed. Paths that began there have but one such
+// child each: there is one surface at a time.
 struct Waiting {
     spread: Spread,
     // Rays in all, how many have begun, and how many paths waited when they did.

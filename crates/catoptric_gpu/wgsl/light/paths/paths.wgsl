@@ -22,13 +22,14 @@ struct Segment {
     kinds: u32,
     absorption: vec3f,
     own: OwnRule,
-    // It has met glass.
+    // True once the path has met glass.
     has_divided: bool,
-    // It is one of several rays that left a surface which spreads light: it stands for a cone.
+    // True for one of several rays that left a surface which spreads light: it stands for a cone.
     is_cone: bool,
     // Surfaces that spread light have but one ray of it.
     is_single: bool,
-    // Of a mirror whose reflection fades with distance: the surface, what it scatters itself, and its reflectance.
+    // The last mirror, if its reflection fades with distance: the surface, what it scatters itself, and its
+    // reflectance.
     deferred: u32,
     deferred_own: vec3f,
     deferred_reflectance: f32,
@@ -44,7 +45,8 @@ struct Children {
     sum: vec3f,
 }
 
-// What becomes of a path at a triangle that its ray meets, and where it ends if it is the last.
+// The ways on of a path from a triangle that its ray meets, and the light that ends there; no ways on where
+// `last` is true.
 fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children {
     var children: Children;
     let direction = segment.ray.direction;
@@ -131,7 +133,8 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
     return children;
 }
 
-// The light from infinity by all events, as if nothing stood before it, against a ray's direction: by facets of this width.
+// The light from infinity by all events, as if nothing stood before it, against a ray's direction: by facets of this
+// width.
 fn light_from_infinity(step: LightStep, incoming: vec3f, alpha: f32) -> vec3f {
     var sum = step.reflected * environment_glossy(outgoing(REFLECT, step.facing, incoming, step.eta), alpha);
     if HAS_LENSES && any(step.transmitted != vec3f(0.0)) {

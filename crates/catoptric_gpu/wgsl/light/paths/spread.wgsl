@@ -122,8 +122,8 @@ fn reflected_by_facet(object: u32, reflected: vec3f, normal: vec3f, facet: vec3f
     return reflected;
 }
 
-// One of `count` rays that leave a surface where it spreads light, by an event, for a part of a pixel of a side; without
-// direction where no light goes.
+// One of `count` rays that leave a surface where it spreads light, by an event, for a part of a pixel of a side;
+// without direction where no light goes.
 fn spread_ray(spread: Spread, index: u32, count: f32, kind: u32, numbers: RayNumbers, side: f32) -> Segment {
     var child = spread.path;
     child.is_cone = true;
@@ -181,7 +181,7 @@ fn bump_ray(
     let arriving = spread.path.ray.direction;
     let moved = spread.path.change.direction_dx * offset.x + spread.path.change.direction_dy * offset.y;
     let incoming = normalize_or(arriving + moved, arriving);
-    // Of two normally distributed numbers whose squares have this sum in the mean (Box and Muller).
+    // Two normally distributed numbers, the squares of which add up to this variance in the mean (Box and Muller).
     let slope = fract(vec2f(0.7548777, 0.5698403) * f32(numbers.first + index * numbers.step) + numbers.moved.zw);
     let axes = axes_across(found.normal);
     let far = sqrt(max(-found.variance * log(max(1.0 - slope.y, 1e-37)), 0.0));

@@ -4,8 +4,8 @@
 
 // True if there are paths longer than those that tiles have followed.
 override TRACES: bool = true;
-// Where light is looked up each sample has so many rays of surfaces that spread light, as on the processor; 0: each pixel
-// has `RAYS_A_PIXEL`.
+// Where light is looked up each sample has so many rays of surfaces that spread light, as on the processor; 0: each
+// pixel has `RAYS_A_PIXEL`.
 override RAYS_A_SAMPLE: f32 = 0.0;
 
 fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
@@ -16,12 +16,12 @@ fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
     return known_hit(hits[hit_index(place.cell, segment.order, segment.kinds)], segment, place.ray, place.samples);
 }
 
-// Where directions change by more than this within a pixel, they change unevenly: its samples are followed apart. Chosen
-// between time and error: at three times as much a teapot of many triangles has 0.02 % more wrong pixels.
+// Where directions change by more than this within a pixel, they change unevenly: its samples are followed apart.
+// Chosen between time and error: at three times as much a teapot of many triangles has 0.02 % more wrong pixels.
 const EVEN_CHANGE = 0.03;
 
-// Of the hits of a cell that of one of its rays, or that of four samples which are shaded as one. Where light is looked
-// up, what is seen directly is all that is known.
+// The hit of one of a cell's rays, or that of four samples which are shaded as one. Where light is looked up, what is
+// seen directly is all that is known.
 fn known_hit(found: vec4u, segment: Segment, ray: u32, samples: u32) -> u32 {
     if SAMPLES != RAYS || samples != RAYS || frame.tiled_events == 0u {
         return found[ray];
@@ -36,7 +36,7 @@ fn known_hit(found: vec4u, segment: Segment, ray: u32, samples: u32) -> u32 {
 // samples.
 fn path_radiance(position: vec2f, cell: vec2u, ray: u32, side: f32, samples: u32) -> vec3f {
     let rays = max(floor(select(RAYS_A_PIXEL * side * side, RAYS_A_SAMPLE, RAYS_A_SAMPLE > 0.0)), 1.0);
-    // Those of four samples make up an even pattern together; other pixels have others.
+    // The rays of four samples make up an even pattern together; other pixels have others.
     let are_four = SAMPLES == 4u && side < 1.0;
     let moved = moved_by(vec3f(select(position, floor(position), are_four), 0.0), vec3f(0.0));
     var numbers = RayNumbers(moved, 0u, 1u, rays);

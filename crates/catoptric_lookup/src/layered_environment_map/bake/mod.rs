@@ -7,7 +7,7 @@ use super::inference::Inference;
 use super::inference::least_squares::Residual;
 use super::settings::{LayeredEnvironmentMapSettings, Textures};
 use super::shells::groups::LensGroup;
-use super::shells::layer_geometry::LayerGeometry;
+use super::shells::layer_geometry::{LayerGeometry, PartShells};
 use super::textures::maps::Layer;
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::progress::Silent;
@@ -17,7 +17,6 @@ use catoptric_engine::method::bake::{BakeUnit, BakeWork, MadeUnit, UnitMaker};
 use catoptric_engine::method::{Quality, Settings};
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use stored::PartShells;
 use table::{LayersBatch, UnitTable};
 
 /// The layout of a unit's bytes. The first unit has the shells. What is seen from a centre is, of a face, the bits of

@@ -2,29 +2,21 @@
 
 use super::table::{DEPTHS_HEAD_BYTES, LayersBatch, UnitTable};
 use crate::layered_environment_map::settings::{LayeredEnvironmentMapSettings, Textures};
-use crate::layered_environment_map::shells::layer_geometry::LayerGeometry;
-use crate::layered_environment_map::shells::shell::{Quad, Shell};
+use crate::layered_environment_map::shell::{Quad, Shell};
+use crate::layered_environment_map::shells::layer_geometry::{LayerGeometry, PartShells};
+use crate::layered_environment_map::texels::TexelLayout;
 use crate::layered_environment_map::textures::depths::Depths;
 use crate::layered_environment_map::textures::distances::Distances;
 use crate::layered_environment_map::textures::maps::Layer;
-use crate::layered_environment_map::textures::texels::TexelLayout;
 use crate::layered_environment_map::textures::texture::{LayerTexel, LayerTexture, TEXEL_BYTES};
 use catoptric_core::math::Aabb;
+use catoptric_core::scene::Scene;
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::parallax_proxy::ParallaxProxy;
 use catoptric_engine::method::Settings;
 use catoptric_engine::method::bake::Baked;
 use glam::Vec3;
 use std::sync::Arc;
-
-/// The shells of a part, about their centre.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PartShells {
-    /// The centre, in world space.
-    pub center: Vec3,
-    /// All shells.
-    pub shells: Vec<Shell>,
-}
 
 /// Numbers of a shell, of any kind.
 const SHELL_NUMBERS: usize = 12;
@@ -166,9 +158,19 @@ impl BakedLayers {
         self.units.clone()
     }
 
-    /// The shells of every part, and how many of the parts are groups.
-    pub(crate) fn parts(&self) -> (&[PartShells], usize) {
-        (&self.parts, self.groups)
+    /// The bake's shells about a scene's groups. Nothing but these groups can be met by rays.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where it is about other groups or viewpoints.
+    pub(crate) fn geometry(
+        &self,
+        settings: &LayeredEnvironmentMapSettings,
+        scene: &Scene,
+        order: u32,
+    ) -> Result<LayerGeometry, RenderError> {
+        let known = LayerGeometry::of_shells(settings, scene, order, (&self.parts, self.groups));
+        self.check(&known)?;
+        Ok(known)
     }
 
     /// Layers of every part, with what is seen from their centres.
@@ -230,7 +232,7 @@ impl BakedLayers {
     ///
     /// # Errors
     /// [`RenderError::Limit`] where it is not.
-    pub(crate) fn check(&self, known: &LayerGeometry) -> Result<(), RenderError> {
+    fn check(&self, known: &LayerGeometry) -> Result<(), RenderError> {
         let (found, needed) = (self.groups, known.groups.len());
         let viewpoints = self.table.viewpoints();
         match found == needed && viewpoints == known.viewpoint_count() {

@@ -4,7 +4,7 @@
 //! textures are projected these too. Inferred textures follow, of every part, viewpoint, layer and face.
 
 use crate::layered_environment_map::settings::{LayeredEnvironmentMapSettings, Textures};
-use crate::layered_environment_map::shells::shell::Shell;
+use crate::layered_environment_map::shell::Shell;
 use crate::layered_environment_map::textures::depths::DEPTH_BYTES;
 use crate::layered_environment_map::textures::texture::TEXEL_BYTES;
 use catoptric_engine::method::bake::BakeUnit;

@@ -8,6 +8,7 @@ use super::mesh::visible::SeenSurfaces;
 use super::mesh::{self, Criteria};
 use super::shells::layer_geometry::LayerGeometry;
 use super::shells::viewpoints::{picture_of, picture_past};
+use super::texels::TexelLayout;
 use super::textures::maps::Layer;
 use super::textures::texture::LayerTexture;
 use crate::layered_environment_map::settings::{Edges, LayeredEnvironmentMapSettings};
@@ -63,6 +64,16 @@ pub struct Inference<'a> {
     pub known: &'a LayerGeometry,
 }
 
+/// Appends equations that say that the texels of coarser levels are the means of those that they cover.
+fn couple(layout: &TexelLayout, confidence: f32, equations: &mut Equations) {
+    for (texel, covered) in layout.coarser() {
+        equations.push(confidence, Vec4::ZERO, |tap| {
+            tap(texel, 1.0);
+            covered.into_iter().for_each(|finer| tap(finer, -0.25));
+        });
+    }
+}
+
 impl Inference<'_> {
     /// The layers that are made together (of a part, and as they are `projected`) as they are for a viewpoint, with
     /// how well they fit.
@@ -96,7 +107,7 @@ impl Inference<'_> {
         if self.settings.direct.is_from_center() {
             expected.iter_mut().zip(&layer.texture.texels).for_each(|(value, texel)| *value = texel.value());
         }
-        layout.couple(COUPLING, &mut equations);
+        couple(&layout, COUPLING, &mut equations);
         let (texels, residual) = solve(&equations, &expected, TRUST, STOP);
         (LayerTexture::new(layout, &texels), residual)
     }

@@ -1,6 +1,7 @@
 //! Geometry around a group of reflectors and lenses, and its hits by rays that leave the group, layer by layer.
 
 use super::layers::{LayerHit, LayerSpec};
+use crate::layered_environment_map::textures::maps::MAX_LAYERS;
 use catoptric_core::scene::hit::Hit;
 use catoptric_core::scene::shade::SurfaceInteraction;
 use catoptric_core::scene::{Ray, RayDifferential, Scene};
@@ -11,9 +12,6 @@ use glam::{Vec3, Vec4};
 /// Surfaces that a ray passes by looking for another; behind so many nothing is looked for. A bound on time; chosen,
 /// not measured.
 const MAX_SURFACES: usize = 64;
-
-/// Largest number of layers.
-pub(crate) const MAX_LAYERS: usize = 17;
 
 /// How much further than a surface that was met the next one is looked for, as a share of its distance. Chosen well
 /// above rounding, not measured.

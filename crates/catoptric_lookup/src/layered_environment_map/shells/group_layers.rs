@@ -3,9 +3,9 @@
 use super::distant_geometry::DistantGeometry;
 use super::groups::LensGroup;
 use super::layers::{LayerHit, LayerSpec, strata};
-use super::shell::Shell;
 use super::viewpoints::{Viewspace, picture_of};
 use crate::layered_environment_map::settings::LayeredEnvironmentMapSettings;
+use crate::layered_environment_map::shell::Shell;
 use catoptric_core::parallel;
 use catoptric_core::scene::Scene;
 use catoptric_engine::light::tracer::Tracer;

@@ -1,15 +1,15 @@
 //! Groups of a scene and the shells about them, without textures.
 
+use super::capture::projected_layers;
 use super::distant_geometry::{DistantGeometry, LayerSpecs};
 use super::group_layers::GroupLayers;
 use super::groups::LensGroup;
 use super::layers::LayerSpec;
 use super::shared_layer::SharedLayer;
 use super::viewpoints::Shares;
-use crate::layered_environment_map::bake::stored::{BakedLayers, PartShells};
 use crate::layered_environment_map::mesh::welds::Welds;
 use crate::layered_environment_map::settings::LayeredEnvironmentMapSettings;
-use crate::layered_environment_map::textures::capture::projected_layers;
+use crate::layered_environment_map::shell::Shell;
 use crate::layered_environment_map::textures::depths::DEPTH_BYTES;
 use crate::layered_environment_map::textures::maps::{Layer, LayersAbout};
 use crate::layered_environment_map::textures::texture::TEXEL_BYTES;
@@ -22,6 +22,15 @@ use catoptric_engine::light::two_path_tracer::TwoPathTracer;
 use catoptric_engine::method::Settings;
 use glam::Vec3;
 use std::ops::Range;
+
+/// The shells of a part, about their centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartShells {
+    /// The centre, in world space.
+    pub center: Vec3,
+    /// All shells.
+    pub shells: Vec<Shell>,
+}
 
 /// The groups of a scene with their shells.
 pub struct LayerGeometry {
@@ -64,14 +73,14 @@ impl LayerGeometry {
         Self { groups: layers, shared, group_of, everything, welds: Welds::new(scene), order }
     }
 
-    /// Of a bake: its shells, about the scene's groups. Nothing but these groups can be met by rays.
-    pub(crate) fn baked(
+    /// Known shells about the scene's groups: those of so many groups come first, then that of the layer that all
+    /// share. Nothing but these groups can be met by rays.
+    pub(crate) fn of_shells(
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,
         order: u32,
-        baked: &BakedLayers,
-    ) -> Result<Self, RenderError> {
-        let (parts, group_count) = baked.parts();
+        (parts, group_count): (&[PartShells], usize),
+    ) -> Self {
         let groups = LensGroup::all(scene);
         let mut group_of = vec![None; scene.objects.len()];
         for (number, group) in groups.iter().enumerate() {
@@ -87,9 +96,7 @@ impl LayerGeometry {
         });
         let groups = groups.into_iter().zip(parts).map(layers).collect();
         let everything = Tracer::build(scene, |_| false);
-        let known = Self { groups, shared, group_of, everything, welds: Welds::new(scene), order };
-        baked.check(&known)?;
-        Ok(known)
+        Self { groups, shared, group_of, everything, welds: Welds::new(scene), order }
     }
 
     /// # Errors

@@ -1,8 +1,8 @@
 //! Which things around a group of reflectors and lenses share a layer, and what stands in for it.
 
 use super::merging::merged_by_shape;
-use super::shell::Shell;
 use crate::layered_environment_map::settings::{Clustering, Shells};
+use crate::layered_environment_map::shell::Shell;
 use glam::Vec3;
 
 /// Hit of an object by a ray that leaves the group.

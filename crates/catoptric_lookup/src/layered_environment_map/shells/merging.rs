@@ -1,7 +1,7 @@
 //! Which things share a layer, by the shapes that stand in for them.
 
-use super::shell::Shell;
 use crate::layered_environment_map::settings::Shells;
+use crate::layered_environment_map::shell::Shell;
 use catoptric_core::parallel;
 use glam::Vec3;
 

@@ -2,8 +2,8 @@
 
 use super::group_layers::GroupLayers;
 use super::layers::{LayerHit, LayerSpec, first_met};
-use super::shell::Shell;
 use crate::layered_environment_map::settings::Shells;
+use crate::layered_environment_map::shell::Shell;
 use glam::Vec3;
 
 /// The layer that all groups of a scene share, about a centre of its own.

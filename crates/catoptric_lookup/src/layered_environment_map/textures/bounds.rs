@@ -3,7 +3,7 @@
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
 use super::depths::{Depth, Depths};
-use super::texels::{InTexels, TexelLayout};
+use crate::layered_environment_map::texels::{InTexels, TexelLayout};
 
 /// Cells of the finest level have this many texels a side, as a power of two. Chosen, not measured.
 const FINEST: u32 = 2;

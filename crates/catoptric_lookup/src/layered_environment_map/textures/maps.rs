@@ -3,13 +3,15 @@
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
 use super::distances::{Distances, HitLanes};
-use super::texels::{Footprints, TexelTaps};
 use super::texture::{LayerTexel, LayerTexture};
-use crate::layered_environment_map::shells::distant_geometry::MAX_LAYERS;
-use crate::layered_environment_map::shells::shell::{RayLanes, Shell};
+use crate::layered_environment_map::shell::{RayLanes, Shell};
+use crate::layered_environment_map::texels::{Footprints, TexelTaps};
 use catoptric_core::math::lanes::{Lanes, MANY_LANES, Vec3Lanes};
 use catoptric_core::scene::{Ray, RayDifferential, Scene};
 use glam::{Vec3, Vec4, Vec4Swizzles};
+
+/// Largest number of layers.
+pub(crate) const MAX_LAYERS: usize = 17;
 
 /// One layer: a shell with its texture.
 #[derive(Clone, Debug)]

@@ -1,10 +1,8 @@
 //! Textures of layers on cube-map texels: radiance with transparency, depth intervals, and their look-up.
 
 pub(crate) mod bounds;
-pub(super) mod capture;
 pub(crate) mod depths;
 pub(crate) mod distances;
 pub(crate) mod maps;
 pub(super) mod tables;
-pub(crate) mod texels;
 pub(crate) mod texture;

@@ -1,7 +1,7 @@
 //! Layers as plain tables: for other processors to look up.
 
 use super::maps::{Layer, LayersAbout};
-use crate::layered_environment_map::shells::shell::{Quad, Shell};
+use crate::layered_environment_map::shell::{Quad, Shell};
 use catoptric_engine::light::parallax_proxy::ParallaxProxy;
 use glam::Vec3;
 

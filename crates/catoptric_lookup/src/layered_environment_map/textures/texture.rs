@@ -1,7 +1,7 @@
 //! Textures of layers as they are kept: half floats, as in bakes. So they take half the memory, and what is not near
 //! at hand comes sooner.
 
-use super::texels::{TexelLayout, TexelTaps};
+use crate::layered_environment_map::texels::{TexelLayout, TexelTaps};
 use block_compression::half::f16;
 use glam::Vec4;
 

@@ -12,7 +12,6 @@ pub(crate) mod texels;
 #[cfg(feature = "files")]
 pub(super) mod views;
 
-use crate::light_field::capture::Capture;
 use crate::light_field::layout::{FieldLayout, SLABS, Slab, SlabRays, across};
 use crate::light_field::settings::{Disparity, LightFieldSettings};
 use box_fetch::{BoxFetch, BoxLookUp, restored_parallax};
@@ -20,10 +19,6 @@ use catoptric_core::math::Aabb;
 use catoptric_core::math::lanes::{Lanes, Vec3Lanes};
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::parallel;
-use catoptric_core::progress::Progress;
-use catoptric_core::scene::Scene;
-use catoptric_engine::error::RenderError;
-use catoptric_engine::method::Settings;
 use fetch::{Fetch, Nearby, restored_sum, sharp_rays};
 use form::{RowView, ViewForm};
 use glam::{Vec2, Vec3};
@@ -66,33 +61,6 @@ enum Field {
 }
 
 impl Slabs {
-    /// Captures what arrives at a region of a scene, without the reflectors and lenses that lie in it. Others are seen
-    /// with up to `order` specular events.
-    ///
-    /// # Errors
-    /// [`RenderError::Setting`] where a setting is not allowed, [`RenderError::Limit`] where the region has no size
-    /// along an axis, or is not finite.
-    pub fn capture(
-        settings: &LightFieldSettings,
-        scene: &Scene,
-        region: Aabb,
-        order: u32,
-        progress: &dyn Progress,
-    ) -> Result<Self, RenderError> {
-        let method = LightFieldSettings::METHOD;
-        settings.check().map_err(|problem| RenderError::Setting { method, problem })?;
-        let has_size = region.size().min_element() > 0.0 && region.size().is_finite() && region.min.is_finite();
-        if !has_size {
-            let problem = format!("the region from {} to {} has no size", region.min, region.max);
-            return Err(RenderError::Limit { method, problem });
-        }
-        let layout = FieldLayout::new(settings, region);
-        let form = ViewForm::new(settings.uv, settings.compression);
-        let capture = Capture::new(scene, &layout, settings.capture_samples, order);
-        let rows = Rows::captured(&layout, &form, progress, |number| Ok(capture.row(number)))?;
-        Ok(Self::new(settings, layout, rows))
-    }
-
     /// Views that were captured in a layout.
     #[doc(hidden)]
     pub fn new(settings: &LightFieldSettings, layout: FieldLayout, rows: Rows) -> Self {

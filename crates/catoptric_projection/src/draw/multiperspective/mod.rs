@@ -7,16 +7,19 @@ mod counts;
 mod shapes;
 mod source;
 mod tile_log;
+mod tile_model;
 mod tiles;
 
 pub use shapes::{ObjectShape, object_shapes};
+pub(crate) use tile_model::TileModel;
 
 use super::drawn_by::PixelsByOthers;
+use super::far_maps::MapsInView;
 use super::flat_mirrors::has_flat_faces;
 use super::lobe_lights::LobeLights;
 use super::overlays::{self, ShownPixels};
+use super::path_shader::PathShader;
 use super::rough::{RoughMirrors, RoughReflections};
-use super::{MapsInView, PathShader};
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::{Progress, Stage};
@@ -33,21 +36,10 @@ use catoptric_engine::raster::{self, DrawList};
 use counts::Counts;
 use glam::Vec3;
 use shapes::SceneShapes;
-use source::{Reflections, outermost};
 use std::sync::Arc;
 use tile_log::TileLog;
 use tiles::follow::MAX_BOUNCES;
-
-/// How tiles draw.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TileModel {
-    /// The most that bundles may miss their rays by.
-    pub(crate) accuracy_px: f32,
-    /// Every pixel has its own ray: bundles tell candidates alone.
-    pub(crate) by_rays: bool,
-    /// Normal maps turn rays, and pixels that show such surfaces have their own.
-    pub(crate) turns_normals: bool,
-}
+use tiles::reflections::{Reflections, outermost};
 
 /// True if anything of a scene reflects or scatters light in lobes.
 pub(super) fn spreads_light(scene: &Scene) -> bool {

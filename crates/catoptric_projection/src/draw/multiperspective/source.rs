@@ -1,61 +1,19 @@
 //! What mirrors and lenses show, as a source of the rasteriser's layers.
 
-use super::super::rough::RoughReflections;
-use super::TileModel;
 use super::bundles::coverage::ROOT;
-use super::bundles::least_squares::TERMS;
 use super::counts::Counts;
-use super::shapes::SceneShapes;
-use super::tile_log::{TileLog, TileWay};
+use super::tile_log::TileWay;
 use super::tiles::follow::kind;
-use super::tiles::found::{FoundSurface, bend};
+use super::tiles::found::FoundSurface;
 use super::tiles::marks::PixelMarks;
-use super::tiles::own::OwnRule;
 use super::tiles::paths::{RootPaths, TilePaths};
+use super::tiles::reflections::{Reflections, Root};
 use super::tiles::square::PathWork;
-use catoptric_core::scene::{Role, Scene, ViewRays};
-use catoptric_engine::light::wide_hierarchy::WideHierarchy;
-use catoptric_engine::method::reflector_maps::ReflectorMaps;
+use catoptric_core::scene::Role;
 use catoptric_engine::optics::path::bundle::BounceKind;
+use catoptric_engine::raster::LayerSurface;
 use catoptric_engine::raster::source::{EMPTY, LayerSource, ShownBySource, TileBelow};
-use catoptric_engine::raster::{LayerSurface, patch_of_triangle};
-use glam::{Vec2, Vec3};
-
-/// Surfaces whose footprint changes by a larger share within a pixel are shaded in quarters of pixels.
-const EVEN_BEND: f32 = 0.25;
-
-/// The places furthest to the left, right, top and bottom.
-pub(super) fn outermost(positions: &[Vec2]) -> [usize; 4] {
-    let most = |along: Vec2| {
-        let before = |a: &usize, b: &usize| positions[*a].dot(along).total_cmp(&positions[*b].dot(along));
-        (0..positions.len()).max_by(before).unwrap_or_default()
-    };
-    [-Vec2::X, Vec2::X, -Vec2::Y, Vec2::Y].map(most)
-}
-
-/// Everything that is the same for all tiles of a picture.
-pub(super) struct Reflections<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) rays: ViewRays,
-    /// The direction along which the eye's depths are.
-    pub(super) forward: Vec3,
-    /// The places of samples in a pixel.
-    pub(super) positions: &'static [Vec2],
-    /// The samples furthest to the left, right, top and bottom.
-    pub(super) outermost: [usize; 4],
-    pub(super) hierarchy: &'a WideHierarchy,
-    pub(super) shapes: &'a SceneShapes,
-    /// Highest number of bounces.
-    pub(super) order: usize,
-    pub(super) model: TileModel,
-    /// Reflectors at which no path goes on.
-    pub(super) maps: Option<&'a ReflectorMaps>,
-    /// What rough mirrors reflect.
-    pub(super) rough: Option<&'a RoughReflections<'a>>,
-    /// Is told how the picture is divided, for who wants to see it.
-    pub(super) log: Option<&'a TileLog>,
-    pub(super) counts: Counts,
-}
+use glam::Vec2;
 
 /// What was found in a tile, and a thread's buffers.
 #[derive(Default)]
@@ -65,30 +23,6 @@ pub(super) struct TileSurfaces {
     root: RootPaths,
     work: PathWork,
     marks: PixelMarks,
-}
-
-/// A root tile.
-pub(super) struct Root<'a, 'b> {
-    pub(super) tile: &'a TileBelow<'b>,
-    /// Its first pixel in the rasteriser's tile.
-    pub(super) column: usize,
-    pub(super) row: usize,
-    /// The last event of the paths.
-    pub(super) kind: BounceKind,
-}
-
-impl Root<'_, '_> {
-    /// The corner of one of its pixels in the picture.
-    pub(super) fn corner(&self, column: usize, row: usize) -> Vec2 {
-        let x = self.tile.pixel[0] + (self.column + column) as i32;
-        let y = self.tile.pixel[1] + (self.row + row) as i32;
-        Vec2::new(x as f32, y as f32)
-    }
-
-    /// The first sample of one of its pixels.
-    pub(super) fn first_sample(&self, column: usize, row: usize) -> usize {
-        self.tile.first_sample(self.column + column, self.row + row)
-    }
 }
 
 impl LayerSource for Reflections<'_> {
@@ -212,45 +146,5 @@ impl Reflections<'_> {
             }
         }
         pixels
-    }
-
-    /// A surface by a triangle of the scene and its functions in a tile: of its edges, and of its plane.
-    pub(super) fn found(
-        &self,
-        root: &Root<'_, '_>,
-        triangle: u32,
-        center: Vec2,
-        scale: f32,
-        [a, b, c, plane]: [[f32; TERMS]; 4],
-    ) -> FoundSurface {
-        let sum = std::array::from_fn(|term| a[term] + b[term] + c[term]);
-        let functions = [b, c, sum, plane];
-        let object = self.scene.triangle_objects[triangle as usize];
-        let is_mapped = self.maps.is_some_and(|maps| maps.has(object));
-        let goes_on = self.scene.role_of(object).is_specular() && root.tile.layer() < self.order && !is_mapped;
-        let patch = patch_of_triangle(self.scene, triangle);
-        let is_bent = bend(&functions, scale) > EVEN_BEND;
-        FoundSurface { triangle, group: if goes_on { object + 1 } else { 0 }, patch, center, scale, functions, is_bent }
-    }
-
-    /// Tells the log how pixels of a root tile are drawn: those of a square, as bits of the root tile's rows.
-    #[inline(always)]
-    pub(super) fn record(
-        &self,
-        root: &Root<'_, '_>,
-        way: TileWay,
-        [column, row]: [usize; 2],
-        side: usize,
-        rows: impl FnOnce() -> [u16; ROOT],
-    ) {
-        if let Some(log) = self.log.filter(|_| root.tile.layer() == 1) {
-            let corner = |column: usize, row: usize| root.corner(column, row).as_ivec2();
-            log.add(corner(0, 0), corner(column, row), side, way, &rows());
-        }
-    }
-
-    /// What of the last object of a path rays may meet.
-    pub(super) fn own_rule(&self, object: u32, kind: BounceKind, outside: bool) -> OwnRule {
-        OwnRule::new(object, self.shapes.of(object), kind, outside)
     }
 }

@@ -1,10 +1,10 @@
 //! Means over the lobes of rough places, of what grids of sharp rays show.
 
-use super::grid::{Bumps, Place, ReflectedGrid};
+use super::grid::{BLURRED_CELLS, Bumps, Place, ReflectedGrid};
+use super::light::RoughLight;
 use super::lobe::{Directions, DiscPoints};
 use super::passage::Passage;
 use super::pyramid::Pyramid;
-use super::{BLURRED_CELLS, RoughLight};
 use catoptric_core::math::lanes::{Lanes, Vec3Lanes};
 use catoptric_core::parallel;
 use glam::{Vec2, Vec3, Vec4};

@@ -1,12 +1,19 @@
 //! A grid of a picture, and in its cells what rough mirrors would show if they were smooth.
 
+use super::light::RoughLight;
 use super::lobe::Lobe;
 use super::passage::Passage;
-use super::trace::Found;
-use super::{GRIDS, RoughLight};
 use catoptric_core::scene::View;
 use catoptric_engine::optics::step::HIDDEN_LOBE;
 use glam::{Vec2, Vec3, Vec4};
+
+/// Grids, each of cells of half the side of the one before.
+pub(super) const GRIDS: usize = 3;
+
+/// Of all grids but the finest: lobes that cover more of its cells across than the second number are blurred in it, and
+/// those that cover less than the first one in a finer one: what is blurred changes slowly. Chosen between error and
+/// time.
+pub(super) const BLURRED_CELLS: [[f32; 2]; GRIDS - 1] = [[3.0, 5.0], [1.75, 3.0]];
 
 /// Lobes may look for cells that something hides, or beyond the picture, up to so many of the largest cells away.
 pub(super) const MARGIN: u32 = 16;
@@ -128,6 +135,16 @@ pub(super) enum Bumps {
 pub(super) struct End {
     pub(super) position: Vec3,
     pub(super) object: u32,
+}
+
+/// What is found in a cell.
+pub(super) struct Found {
+    pub(super) place: Place,
+    pub(super) passage: Passage,
+    pub(super) sharp: Vec3,
+    /// The mean over the lobe, where rays tell it, and that of refracted light.
+    pub(super) traced: Option<Vec3>,
+    pub(super) refracted: Vec3,
 }
 
 /// A grid: for cells that show rough mirrors, places in the order of blocks.

@@ -11,20 +11,23 @@
 
 mod blur;
 mod grid;
+mod light;
 mod lobe;
+mod mirrors;
 mod passage;
 mod pyramid;
 mod trace;
 
-use catoptric_core::math::Aabb;
+pub(super) use light::RoughLight;
+pub(crate) use mirrors::RoughMirrors;
+
 use catoptric_core::scene::shade::SurfaceInteraction;
 use catoptric_core::scene::{Ray, RayDifferential, Scene};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::path_tracer::{PathModel, PathTracer};
-use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::Job;
 use glam::{Vec2, Vec3};
-use grid::{Layout, Part, ReflectedGrid};
+use grid::{BLURRED_CELLS, GRIDS, Layout, Part, ReflectedGrid};
 use pyramid::Pyramid;
 use trace::Cells;
 
@@ -38,103 +41,8 @@ const CELLS: u32 = 480;
 /// The longest side of such a cell, in pixels.
 const LARGEST_CELL_PX: u32 = 2;
 
-/// Grids, each of cells of half the side of the one before.
-const GRIDS: usize = 3;
-
 /// Rays go through a finer grid where lobes cover fewer cells across: so many at least make up what a lobe sees.
 const CELLS_OF_LOBE: f32 = 4.0;
-
-/// Of all grids but the finest: lobes that cover more of its cells across than the second number are blurred in it, and
-/// those that cover less than the first one in a finer one: what is blurred changes slowly. Chosen between error and
-/// time.
-const BLURRED_CELLS: [[f32; 2]; GRIDS - 1] = [[3.0, 5.0], [1.75, 3.0]];
-
-/// Distances beyond are none.
-const FAR: f32 = 1e12;
-
-/// The rough mirrors of a scene, and lenses with bumps.
-pub(crate) struct RoughMirrors {
-    /// For rays to and from them.
-    tracer: Tracer,
-    /// Whether each object is one, or may be by its normal map.
-    is_rough: Vec<bool>,
-    /// Boxes around them.
-    boxes: Vec<Aabb>,
-}
-
-impl RoughMirrors {
-    /// Those of a scene, by those of another moment of it if these are given; `None` if there are none.
-    pub(crate) fn new(scene: &Scene, old: Option<&Self>) -> Option<Self> {
-        let is_rough: Vec<bool> =
-            (0..scene.objects.len() as u32).map(|object| scene.material_of(object).may_spread_light()).collect();
-        let objects = scene.objects.iter().zip(&is_rough).filter(|(_, is_rough)| **is_rough);
-        let boxes: Vec<Aabb> = objects.map(|(object, _)| object.bounds).collect();
-        if boxes.is_empty() {
-            return None;
-        }
-        let tracer = old.and_then(|old| old.tracer.refitted(scene)).unwrap_or_else(|| Tracer::build(scene, |_| true));
-        Some(Self { tracer, is_rough, boxes })
-    }
-
-    /// What follows rays in the whole scene.
-    pub(crate) fn tracer(&self) -> &Tracer {
-        &self.tracer
-    }
-
-    /// Memory of the hierarchy.
-    pub(crate) fn byte_count(&self) -> u64 {
-        self.tracer.byte_count()
-    }
-
-    /// False if a ray meets none of them.
-    fn may_be_met_by(&self, ray: &Ray) -> bool {
-        let inverse = ray.direction.recip();
-        let is_met = |bounds: &Aabb| {
-            let (low, high) = ((bounds.min - ray.origin) * inverse, (bounds.max - ray.origin) * inverse);
-            let margin = 1e-5 * (low.abs() + high.abs());
-            let enter = (low.min(high) - margin).max_element();
-            let leave = (low.max(high) + margin).min_element();
-            // Not a number, where a ray lies in a side's plane: met.
-            !(enter > leave || leave < 0.0)
-        };
-        self.boxes.iter().any(is_met)
-    }
-}
-
-/// What a place of a rough mirror reflects, before tint and Fresnel's share.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RoughLight {
-    /// The mean radiance over the lobe, times its weight.
-    pub(super) radiance: Vec3,
-    /// The same of refracted light, at a lens.
-    pub(super) refracted: Vec3,
-    /// The weight of the mean against what the sharp ray shows: 0 where the lobe covers no more than a pixel.
-    pub(super) weight: f32,
-    /// What the sharp ray of a place shows.
-    pub(super) sharp: Vec3,
-    /// The share of light that facets neither mask nor shadow.
-    pub(super) share: f32,
-    /// The distance of what is reflected sharply.
-    pub(super) distance: f32,
-    /// The width of the lobe's bright part, in pixels of the sharp reflection.
-    pub(super) width_px: f32,
-}
-
-impl RoughLight {
-    /// The sum with so much of another one.
-    #[inline]
-    fn plus(&self, other: &Self, weight: f32) -> Self {
-        Self {
-            radiance: self.radiance + other.radiance * weight,
-            refracted: self.refracted + other.refracted * weight,
-            weight: self.weight + other.weight * weight,
-            sharp: self.sharp + other.sharp * weight,
-            share: self.share + other.share * weight,
-            distance: self.distance + other.distance.min(FAR) * weight,
-            width_px: self.width_px + other.width_px * weight,
-        }
-    }
-}
 
 /// Light that rough mirrors reflect in a view.
 pub(crate) struct RoughReflections<'a> {

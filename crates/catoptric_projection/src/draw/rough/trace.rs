@@ -1,8 +1,8 @@
 //! The tracing of a grid: which rough mirrors its rays meet, and what those would show if they were smooth.
 
-use super::RoughMirrors;
-use super::grid::{Bumps, Layout, MARGIN, Part, Place, ReflectedGrid, dilated};
+use super::grid::{Bumps, Found, Layout, MARGIN, Part, Place, ReflectedGrid, dilated};
 use super::lobe::{DiscPoints, Lobe};
+use super::mirrors::RoughMirrors;
 use super::passage::Passage;
 use catoptric_core::math::random;
 use catoptric_core::parallel;
@@ -41,16 +41,6 @@ struct Met {
     change: RayDifferential,
     hit: Hit,
     is_seen: bool,
-}
-
-/// What is found in a cell.
-pub(super) struct Found {
-    pub(super) place: Place,
-    pub(super) passage: Passage,
-    pub(super) sharp: Vec3,
-    /// The mean over the lobe, where rays tell it, and that of refracted light.
-    pub(super) traced: Option<Vec3>,
-    pub(super) refracted: Vec3,
 }
 
 /// A place whose light rays tell.

@@ -1,6 +1,7 @@
 //! When an edge of virtual geometry is divided, and which appearances at its ends belong together.
 
-use super::{Ends, MeshQuality, PictureScale};
+use super::picture_scale::PictureScale;
+use super::quality::{Ends, MeshQuality};
 use catoptric_core::math::Aabb;
 use catoptric_engine::method::projector::Projection;
 use catoptric_engine::raster::{BLOCK, BlockMask};

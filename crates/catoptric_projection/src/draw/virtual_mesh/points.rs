@@ -1,6 +1,8 @@
 //! An object's points with their appearances: projected, or put where the appearances of a point near them lead.
 
-use super::{Allowance, VirtualObject, WeldedObject};
+use super::mesh::Allowance;
+use super::object::VirtualObject;
+use super::weld::WeldedObject;
 use crate::find::work;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Stage};

@@ -1,13 +1,15 @@
 //! From the virtual geometry of a view to its picture and overlays: with tiles for the paths that it lacks.
 
-use super::super::MapsInView;
-use super::super::lists::{EndsOfPaths, draw_lists};
+use super::super::lists::{EndsOfPaths, draw_lists, lists_of_paths};
 use super::super::overlays::{self, ShownPixels};
 use super::super::work_limit::ExactTiles;
-use super::VirtualGeometry;
+use super::geometry::VirtualGeometry;
+use crate::draw::far_maps::MapsInView;
 use catoptric_core::framebuffer::Framebuffer;
+use catoptric_core::scene::Role;
 use catoptric_engine::error::RenderError;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind};
+use catoptric_engine::method::path_lists::PathLists;
 use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginnings, SpecularPath};
 use catoptric_engine::method::{Job, Quality, Report, report};
 use catoptric_engine::raster::{self, BlockMask};
@@ -55,6 +57,15 @@ impl VirtualGeometry {
         report.warnings.extend(report::bumpy_surfaces(job.scene));
         report.add(tiles.draw(job, paths, &ends, maps, target)?);
         Ok(report)
+    }
+
+    /// The rasteriser's lists of the geometry, without that of what is seen directly.
+    pub(crate) fn path_lists(self, job: &Job<'_>) -> PathLists {
+        let has_rest = self.ends != EndsOfPaths::Environment;
+        let specular = job.scene.specular_objects();
+        // Any of them may be seen.
+        let lenses = specular.into_iter().filter(|object| job.scene.role_of(*object) == Role::Lens).collect();
+        PathLists { lists: lists_of_paths(job, self.paths, None, &self.ends, &lenses), has_rest, report: self.report }
     }
 
     /// An overlay of what [`Self::draw`] draws. Kinds that virtual meshes do not have are `own` ones of the method: it

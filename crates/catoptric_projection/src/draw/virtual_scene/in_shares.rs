@@ -1,8 +1,8 @@
 //! Meshes of all paths, however much there is to do: coarser ones where that is too much.
 
 use super::super::virtual_mesh::Allowance;
-use super::MadeMeshes;
-use super::maker::{MeshMaker, PathObject};
+use super::kept_meshes::{MadeMeshes, PathObject};
+use super::maker::MeshMaker;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_engine::method::projector::VertexProjector;
 

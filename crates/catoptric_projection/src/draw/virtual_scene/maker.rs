@@ -1,8 +1,9 @@
 //! The making of virtual meshes: which objects on which paths, and how finely.
 
-use super::super::MapsInView;
-use super::super::virtual_mesh::{Allowance, MeshQuality, SteadySource, VirtualMesh, VirtualObject, virtual_mesh};
-use super::{KeptMesh, MadeMeshes, VirtualScene};
+use super::kept_meshes::{FirstMesh, KeptMesh, MadeMeshes, PathObject};
+use super::scene::VirtualScene;
+use crate::draw::far_maps::MapsInView;
+use crate::draw::virtual_mesh::{Allowance, MeshQuality, SteadySource, VirtualMesh, VirtualObject, virtual_mesh};
 use crate::find::lens_check::OWN_TRANSMITTED;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_engine::method::Job;
@@ -17,43 +18,6 @@ const OWN_REFLECTED: f32 = 0.02;
 /// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be
 /// off by this many times what others may be. Chosen, not measured.
 const BLACK: f32 = 2.0;
-
-/// A path and an object on it, both by their numbers.
-pub(super) type PathObject = (u32, u32);
-
-/// What a mesh was first allowed and took, before there was work left to make it again.
-#[derive(Clone, Copy)]
-pub(super) struct FirstMesh {
-    pub(super) allowed: u64,
-    pub(super) work: u64,
-    needed: Option<u64>,
-    /// Points that were projected.
-    points: u64,
-    /// It is coarser than asked for, or nothing.
-    pub(super) is_coarse: bool,
-}
-
-impl FirstMesh {
-    fn of(mesh: &VirtualMesh) -> Self {
-        let (points, is_coarse) = (mesh.points_projected, !mesh.is_whole());
-        Self { allowed: mesh.allowed, work: mesh.work, needed: mesh.needed, points, is_coarse }
-    }
-
-    /// About the least that would have to be allowed for a whole mesh of so many points, if the first points say it:
-    /// they may take a half.
-    pub(super) fn expected(&self, points: usize) -> u64 {
-        let points = points as u64;
-        if self.points == 0 || self.points >= points {
-            return self.work;
-        }
-        (self.work.saturating_mul(points) / self.points).saturating_mul(2)
-    }
-
-    /// True if it would be the same with this much work allowed.
-    fn holds_with(&self, allowed: u64) -> bool {
-        allowed == self.allowed || self.needed.is_some_and(|needed| allowed >= needed)
-    }
-}
 
 /// Makes the meshes of one view.
 pub(super) struct MeshMaker<'a, P: VertexProjector + ?Sized> {

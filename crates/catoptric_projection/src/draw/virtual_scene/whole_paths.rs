@@ -1,9 +1,9 @@
 //! Meshes of paths that are done as a whole, or not at all.
 
 use super::super::virtual_mesh::Allowance;
-use super::MadeMeshes;
 use super::failed_paths::WholePaths;
-use super::maker::{MeshMaker, PathObject};
+use super::kept_meshes::{MadeMeshes, PathObject};
+use super::maker::MeshMaker;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_engine::method::projector::{PathBeginning, PathBeginnings, VertexProjector};
 

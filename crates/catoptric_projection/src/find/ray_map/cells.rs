@@ -1,17 +1,13 @@
 //! The cells of a ray map: a regular grid, refined where neighbouring rays disagree.
 
-use super::RayField;
+use super::field::RayField;
 use super::sample::{Approximation, RaySample, follow};
 use super::scatter::Specular;
 use catoptric_core::math::Aabb;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress};
-use catoptric_core::scene::{PreciseView, Projection, Ray, View, ViewRays};
-use catoptric_engine::light::path_tracer::NearPlane;
 use catoptric_engine::method::projector::SpecularPath;
-use catoptric_engine::optics::path::bundle::Eye;
-use glam::DVec3;
 
 /// Density of the samples of a field of rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,62 +22,6 @@ pub struct Sampling {
     pub accuracy_px: f32,
     /// No more cells than this are made.
     pub max_cells: usize,
-}
-
-/// Common data of the rays of a view.
-pub fn eye_of(view: &View) -> Eye {
-    match view.projection {
-        Projection::Perspective { .. } => Eye::Point(view.eye().as_dvec3()),
-        Projection::Orthographic { .. } => Eye::Direction(view.ray(0.0, 0.0).direction.as_dvec3().normalize()),
-    }
-}
-
-/// The rays of a view, and of a margin around its picture.
-pub struct ViewField {
-    margin_px: f32,
-    rays: ViewRays,
-    near: NearPlane,
-    size_px: [f32; 2],
-    eye: Eye,
-    picture: PreciseView,
-}
-
-impl ViewField {
-    /// The rays of `view`, with so many pixels more on every side.
-    pub fn new(view: &View, margin_px: f32) -> Self {
-        Self {
-            margin_px,
-            rays: view.rays(),
-            near: NearPlane::new(view),
-            size_px: [view.width as f32 + 2.0 * margin_px, view.height as f32 + 2.0 * margin_px],
-            eye: eye_of(view),
-            picture: PreciseView::new(view),
-        }
-    }
-}
-
-impl RayField for ViewField {
-    fn size_px(&self) -> [f32; 2] {
-        self.size_px
-    }
-
-    fn eye(&self) -> Eye {
-        self.eye
-    }
-
-    fn ray(&self, x_px: f32, y_px: f32) -> (Ray, f32) {
-        let ray = self.rays.ray(x_px - self.margin_px, y_px - self.margin_px);
-        (ray, self.near.distance(&ray))
-    }
-
-    fn place_of(&self, point: DVec3) -> Option<[f64; 2]> {
-        let margin = f64::from(self.margin_px);
-        self.picture.place_of(point).map(|[x, y]| [x + margin, y + margin])
-    }
-
-    fn place_change(&self, point: DVec3) -> [DVec3; 2] {
-        self.picture.place_change(point)
-    }
 }
 
 /// A square of the field with a ray through its centre.

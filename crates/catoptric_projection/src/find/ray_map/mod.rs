@@ -6,6 +6,7 @@ mod beam_tree;
 mod beams;
 mod candidate_filter;
 mod cells;
+mod field;
 mod lines;
 mod sample;
 mod scatter;
@@ -16,7 +17,8 @@ pub use beam::{Beam, Reach};
 pub use beam_tree::BeamTree;
 pub use beams::{RayBeams, Reaching};
 pub use candidate_filter::{Attempt, CandidateFilter};
-pub use cells::{Sampling, ViewField, eye_of};
+pub use cells::Sampling;
+pub use field::{RayField, ViewField, eye_of};
 pub use lines::{Lines, Offset};
 pub use sample::{Approximation, Motion, Neighbour, RaySample, follow};
 pub use scatter::{Scattering, Specular, departure, is_spurious};
@@ -26,32 +28,13 @@ pub use tree::RayTree;
 use catoptric_core::math::Aabb;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress};
-use catoptric_core::scene::Ray;
 use catoptric_engine::method::projector::SpecularPath;
-use catoptric_engine::optics::path::bundle::{Eye, FirstOrder};
+use catoptric_engine::optics::path::bundle::FirstOrder;
 use catoptric_engine::raster::BlockMask;
 use cells::{CellIndex, SampleCells};
-use glam::{DMat2, DVec2, DVec3, Vec2, Vec3};
+use glam::{DMat2, DVec2, Vec2, Vec3};
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::OnceLock;
-
-/// Source of a ray map's rays: a two-dimensional field of rays, with coordinates in pixels.
-pub trait RayField: Sync {
-    /// Its width and height in pixels.
-    fn size_px(&self) -> [f32; 2];
-
-    /// Common data of all its rays.
-    fn eye(&self) -> Eye;
-
-    /// The ray at a place of the field, and from which distance on it counts.
-    fn ray(&self, x_px: f32, y_px: f32) -> (Ray, f32);
-
-    /// The place where a world point is seen; none behind the eye.
-    fn place_of(&self, point: DVec3) -> Option<[f64; 2]>;
-
-    /// The change of the two coordinates of [`Self::place_of`] with the point.
-    fn place_change(&self, point: DVec3) -> [DVec3; 2];
-}
 
 /// Rule for the candidate rays of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]

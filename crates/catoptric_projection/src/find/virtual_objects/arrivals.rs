@@ -1,8 +1,8 @@
 //! The rays that arrive at a reflector's vertices: from the eye, and from the reflector before.
 
 use super::super::work;
+use super::locator::{Locator, Reflector};
 use super::mesh::ReflectorMesh;
-use super::path_tree::{Locator, Reflector};
 use super::piece::{interpolated, weights_of};
 use super::rays::{ArrivingRay, ReflectionPoint, ReflectionPoints, VertexRays};
 use catoptric_core::parallel;

@@ -1,8 +1,9 @@
 //! Descent of a path tree: from scene points back to the eye, bounce by bounce.
 
 use super::arrivals::PathBranch;
+use super::locator::{Locator, Reflector};
 use super::mesh::ReflectorMesh;
-use super::path_tree::{Locator, PathLevel, PathTree, RaySet, Reflector};
+use super::path_tree::{PathLevel, PathTree, RaySet};
 use super::rays::{ReflectionPoint, ReflectionPoints};
 use crate::find::work;
 use catoptric_engine::method::projector::MAX_BOUNCES;
@@ -94,6 +95,13 @@ pub(super) struct Descent<'a, L> {
     pub(super) tree: &'a PathTree<L>,
     pub(super) meshes: &'a [ReflectorMesh],
     pub(super) recursion: Recursion,
+}
+
+impl<L> PathTree<L> {
+    /// The mesh that a step's reflection point is on.
+    pub(super) fn mesh_of<'a>(&'a self, meshes: &'a [ReflectorMesh], step: &PathStep) -> &'a ReflectorMesh {
+        self.levels[step.level as usize].reflector_mesh(meshes)
+    }
 }
 
 /// A ray set of a level, with its reflector.

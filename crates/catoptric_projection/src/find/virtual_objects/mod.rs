@@ -7,23 +7,20 @@
 
 mod arrivals;
 mod descent;
-mod extrusion;
 mod eye_image;
-pub(crate) mod facets;
-mod mesh;
-mod method;
+mod locator;
+pub(crate) mod mesh;
 pub(crate) mod path_tree;
 mod piece;
 mod project;
 pub(crate) mod rays;
 
 pub(crate) use descent::Recursion;
-pub(crate) use extrusion::Extrusion;
 pub(crate) use eye_image::{EyeImage, NOTHING};
+pub use locator::{Locator, Reflector};
+pub(crate) use mesh::Extrusion;
 pub use mesh::ReflectorMesh;
-pub(crate) use method::{LONGEST_EDGE, Reflectors, VirtualObjectMethod};
-pub(crate) use path_tree::map_size;
-pub use path_tree::{Locator, Reflector};
+pub(crate) use path_tree::{PathLimits, PathTree, map_size};
 pub use piece::{CORNERS, in_front, interpolated, weights_of};
-pub(crate) use project::Options;
+pub(crate) use project::{Options, VirtualObjects};
 pub use rays::{ReflectionPoint, ReflectionPoints, VertexRays, outer};

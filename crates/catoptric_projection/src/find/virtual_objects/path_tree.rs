@@ -4,19 +4,17 @@ use super::arrivals::{
     ArrivalLimits, Arrivals, PathBranch, arriving_rays, edges_between_branches, extrapolate_rays, eye_rays,
     starting_rays,
 };
-use super::descent::PathStep;
 use super::eye_image::EyeImage;
+use super::locator::{Locator, Reflector};
 use super::mesh::ReflectorMesh;
-use super::rays::{ReflectionPoints, VertexRays};
+use super::rays::VertexRays;
 use catoptric_core::parallel;
 use catoptric_core::progress::{Cancelled, Progress, Stage};
 use catoptric_core::scene::{Role, Scene, View};
-use catoptric_engine::method::Report;
 use catoptric_engine::method::projector::{MAX_BOUNCES, PathBeginnings, SpecularPath};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use catoptric_engine::optics::step::relative_index;
 use catoptric_engine::raster::BlockMask;
-use glam::Vec3;
 use std::sync::Arc;
 
 /// No more paths than this are built: short ones first. A bound on time; chosen, not measured.
@@ -25,12 +23,6 @@ const MAX_PATHS: usize = 256;
 /// Meshes are refined so many times where branches meet, unless they get more triangles than this.
 const MAX_REFINEMENTS: u32 = 4;
 const MAX_TRIANGLES: usize = 300_000;
-
-/// Work for the rays at the vertices of a triangle. Measured on a mesh of ninety thousand.
-const WORK_A_TRIANGLE: u64 = 24;
-
-/// Bytes of a locator that take a unit of work to make and fill.
-const BYTES_A_UNIT: u64 = 24;
 
 /// More reflectors than this have smaller maps, which have as many texels together. A bound on time and memory; chosen,
 /// not measured.
@@ -50,42 +42,6 @@ const MIN_WAY: f32 = 1e-4;
 
 /// The rays that arrive at a reflector, with a finer mesh of it if it needs one.
 type LevelArrivals = (Option<Arc<ReflectorMesh>>, Vec<Arrivals>);
-
-/// A reflector with rays at its vertices.
-#[derive(Clone, Copy)]
-pub struct Reflector<'a> {
-    /// Index among the scene's specular objects; `None` if the mesh is a finer one made for its rays.
-    pub index: Option<u32>,
-    /// The reflector's mesh.
-    pub mesh: &'a ReflectorMesh,
-    /// The rays at the vertices.
-    pub rays: &'a VertexRays,
-    /// The view, where the rays come straight from the eye.
-    pub view: Option<&'a View>,
-}
-
-/// Finds where points appear in a reflector.
-pub trait Locator: Send + Sync {
-    /// Appends a batch of scene points with their reflection points, about: none to many each. A point's own do not
-    /// depend on the others of the batch.
-    fn locate(&self, reflector: &Reflector<'_>, points: &[Vec3], found: &mut ReflectionPoints);
-
-    /// Bytes held.
-    fn byte_count(&self) -> u64;
-
-    /// Work that a reflector with its locator takes for each of its triangles, about: for rays at its vertices alone.
-    fn work_a_triangle() -> u64 {
-        WORK_A_TRIANGLE
-    }
-
-    /// Work that it took to make, about: as measured of maps and pictures alike.
-    fn build_work(&self) -> u64 {
-        self.byte_count() / BYTES_A_UNIT
-    }
-
-    /// Adds the counts of searches that were cut short by a limit so far.
-    fn add_fallbacks(&self, report: &mut Report);
-}
 
 /// Rays of one kind at a level.
 pub struct RaySet<L> {
@@ -148,7 +104,8 @@ impl<L> PathLevel<L> {
         possible && !leaves
     }
 
-    fn reflector_mesh<'a>(&'a self, meshes: &'a [ReflectorMesh]) -> &'a ReflectorMesh {
+    /// The mesh that the rays belong to.
+    pub(super) fn reflector_mesh<'a>(&'a self, meshes: &'a [ReflectorMesh]) -> &'a ReflectorMesh {
         self.finer.as_deref().unwrap_or(&meshes[self.mesh as usize])
     }
 }
@@ -364,11 +321,6 @@ impl<L: Locator> PathTree<L> {
         let view = level.parent.is_none().then_some(&self.view);
         let index = level.finer.is_none().then_some(level.mesh);
         Reflector { index, mesh: level.reflector_mesh(meshes), rays: &ray_set.rays, view }
-    }
-
-    /// The mesh that a step's reflection point is on.
-    pub(super) fn mesh_of<'a>(&'a self, meshes: &'a [ReflectorMesh], step: &PathStep) -> &'a ReflectorMesh {
-        self.levels[step.level as usize].reflector_mesh(meshes)
     }
 
     /// The surface of a reflector nearest to the eye; returns `None` if it hides nothing of itself.

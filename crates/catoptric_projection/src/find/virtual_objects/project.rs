@@ -1,8 +1,9 @@
 //! Appearances of scene points from virtual objects, polished where that is asked for.
 
 use super::descent::{Appearance, Descent, DescentScratch, PathStep, Recursion};
+use super::locator::Locator;
 use super::mesh::ReflectorMesh;
-use super::path_tree::{Locator, PathTree};
+use super::path_tree::PathTree;
 use crate::find::polish::{Effort, polished};
 use catoptric_core::scene::{PictureTransform, PreciseView};
 use catoptric_engine::method::Report;

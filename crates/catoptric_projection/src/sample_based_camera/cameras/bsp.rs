@@ -1,14 +1,14 @@
 //! The paper's tree: splitting planes, pinholes in its leaves, and lists of rays where no split helps (Popescu, Sacks,
 //! Mei 2006, Figure 10).
 
+use super::answer::{CameraAnswer, CameraScratch, Counts, LeafNumber};
+use super::builder::{CameraBuilder, MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use super::bundle;
 use super::fit::{Fit, FitSpan};
 use super::pinhole;
-use super::{CameraAnswer, CameraBuilder, CameraScratch, Counts, LeafNumber};
-use super::{MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use crate::find::ray_map::{BeamTree, Reach};
 use crate::sample_based_camera::layout::{BundleLeaf, PinholeLeaf, SplitNode, WordReader, WordWriter};
-use crate::sample_based_camera::rays::grid::GridRay;
+use crate::sample_based_camera::rays::grid_ray::GridRay;
 use catoptric_core::parallel;
 use glam::{DVec3, Vec3};
 use std::collections::BTreeSet;

@@ -1,10 +1,11 @@
 //! The leaves of kind `ray_bundle`: blocks of the ray map, halved until a leaf is accurate, found by beams.
 
+use super::answer::Counts;
+use super::builder::{Added, CameraBuilder, MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use super::fit::{Fit, FitSpan, FitTerms, is_accurate};
-use super::{Added, CameraBuilder, Counts, MAX_FITTED, PARALLEL_RAYS, TYPICAL_SHARE};
 use crate::find::ray_map::{BeamTree, Reach};
 use crate::sample_based_camera::layout::{BundleLeaf, WordReader, WordWriter};
-use crate::sample_based_camera::rays::grid::GridRay;
+use crate::sample_based_camera::rays::grid_ray::GridRay;
 use catoptric_core::parallel;
 use glam::{DVec3, Vec2, Vec3};
 

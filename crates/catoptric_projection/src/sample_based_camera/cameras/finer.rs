@@ -1,11 +1,12 @@
 //! Where the rays of the map are too few for a camera, rays between them are traced: as many as it takes.
 
-use super::CameraBuilder;
+use super::builder::CameraBuilder;
 use super::bundles::{Leaves, places_of};
 use super::fit::{Fit, FitSpan, FitTerms};
 use crate::sample_based_camera::rays::follow::FollowSteps;
-use crate::sample_based_camera::rays::grid::{BORDER_PX, GridRay};
+use crate::sample_based_camera::rays::grid_ray::GridRay;
 use crate::sample_based_camera::rays::pieces;
+use crate::sample_based_camera::rays::sampler::BORDER_PX;
 
 /// Rays across and down a block when it is looked at more closely: two steps finer than two by two.
 const ACROSS: usize = 5;

@@ -1,7 +1,7 @@
 //! Least-squares fits of ray bundles, and how accurate they are.
 
 use crate::sample_based_camera::layout::{BundleLeaf, OUTPUTS, TERMS};
-use crate::sample_based_camera::rays::grid::GridRay;
+use crate::sample_based_camera::rays::grid_ray::GridRay;
 use catoptric_core::scene::PreciseView;
 use glam::{DVec2, DVec3};
 

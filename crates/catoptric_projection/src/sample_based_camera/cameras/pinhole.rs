@@ -4,7 +4,7 @@
 use super::camera_projection::CameraProjection;
 use super::fit::{RIDGE, TESTED, solved};
 use crate::sample_based_camera::layout::{PINHOLE_OUTPUTS, PINHOLE_TERMS, PinholeLeaf};
-use crate::sample_based_camera::rays::grid::GridRay;
+use crate::sample_based_camera::rays::grid_ray::GridRay;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_core::scene::PreciseView;
 use glam::{DMat3, DVec2, DVec3, Vec3};

@@ -1,8 +1,7 @@
 //! Nodes as work in units: one of every node.
 
-use super::Morphing;
 use super::grid::NodeGrid;
-use super::nodes::{NodeKey, of_node};
+use super::node_key::{NodeKey, cameras_of, counts_of, of_node};
 use super::places::{MirrorPlaces, Moment};
 use crate::sample_based_camera::hybrid;
 use crate::sample_based_camera::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
@@ -42,8 +41,7 @@ pub struct NodeTable {
 }
 
 impl NodeTable {
-    fn new(morphing: &Morphing, scene: &Scene, mapped: &[bool], order: u32) -> Self {
-        let (counts, reach) = (morphing.counts, morphing.settings().grid_reach);
+    fn new((counts, reach): (UVec3, f32), scene: &Scene, mapped: &[bool], order: u32) -> Self {
         let reflectors = scene.specular_objects().into_iter().filter(|&object| !mapped[object as usize]);
         let grids = reflectors.map(|object| {
             let bounds = scene.objects[object as usize].bounds;
@@ -83,7 +81,7 @@ impl NodeTable {
 /// The nodes of a scene's reflectors and lenses.
 pub(in super::super) struct NodesWork<'a> {
     scene: &'a Scene,
-    morphing: Morphing,
+    settings: SampleBasedCameraSettings,
     /// True for each object that shows an environment map.
     mapped: Vec<bool>,
     table: NodeTable,
@@ -104,13 +102,13 @@ impl<'a> NodesWork<'a> {
         if settings.mode == Mode::Runtime {
             return limit("mode = \"runtime\" builds its cameras for every view: bake with mode=morph");
         }
-        let morphing = Morphing::new(settings)?;
-        let mapped = hybrid::named(morphing.settings(), scene)?;
-        let table = NodeTable::new(&morphing, scene, &mapped, quality.order);
+        let counts = counts_of(&settings)?;
+        let mapped = hybrid::named(&settings, scene)?;
+        let table = NodeTable::new((counts, settings.grid_reach), scene, &mapped, quality.order);
         match () {
             () if quality.order == 0 => limit("order 0 shows no reflection: there is nothing to bake"),
             () if table.grids.is_empty() => limit("the scene has no reflector and no lens: there is nothing to bake"),
-            () => Ok(Self { scene, morphing, mapped, table }),
+            () => Ok(Self { scene, settings, mapped, table }),
         }
     }
 }
@@ -121,7 +119,7 @@ impl BakeWork for NodesWork<'_> {
     }
 
     fn settings(&self) -> toml::Table {
-        let mut table = self.morphing.settings().baked();
+        let mut table = self.settings.baked();
         table.insert("order".into(), i64::from(self.table.order).into());
         table
     }
@@ -148,7 +146,7 @@ impl BakeWork for NodesWork<'_> {
 
     fn maker<'b>(&'b self) -> Result<Box<dyn UnitMaker + 'b>, RenderError> {
         let environment_mapped = hybrid::numbers(&self.mapped);
-        let settings = PanoramaSettings { environment_mapped, ..self.morphing.panorama() };
+        let settings = PanoramaSettings { environment_mapped, ..cameras_of(&self.settings) };
         let (table, mirrors) = (&self.table, PanoramicMirrors::new(self.scene));
         Ok(Box::new(NodeMaker { table, mirrors, settings, sample: OnceLock::new() }))
     }
@@ -240,13 +238,13 @@ impl BakedNodes {
     /// [`RenderError::Setting`] for settings that do not fit the scene, [`RenderError::Limit`] where the file has
     /// another number of nodes.
     pub(super) fn new(
-        morphing: &Morphing,
+        (settings, counts): (&SampleBasedCameraSettings, UVec3),
         (scene, places): (&Scene, &MirrorPlaces),
         order: u32,
         units: Arc<dyn Baked>,
     ) -> Result<Self, RenderError> {
-        let mapped = hybrid::named(morphing.settings(), scene)?;
-        let table = NodeTable::new(morphing, scene, &mapped, order);
+        let mapped = hybrid::named(settings, scene)?;
+        let table = NodeTable::new((counts, settings.grid_reach), scene, &mapped, order);
         let (found, wanted) = (units.unit_count(), table.count());
         if found != wanted {
             let problem = format!("the baked file has {found} units where the scene needs {wanted} nodes");

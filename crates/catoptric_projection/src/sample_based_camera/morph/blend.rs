@@ -1,9 +1,7 @@
 //! Appearances at the nodes, blended.
 
-use super::cache::AroundEye;
 use super::mean::{Mean, form_of, plain_form_of};
-use super::sightings::{Lookout, Node, REACH, Sightings};
-use super::walk::Mirror;
+use super::sightings::{AroundEye, Lookout, Mirror, Node, REACH, Sightings};
 use crate::find::node_sightings::{MOST_NODES, Sighting};
 use crate::find::polish::{Effort, polished};
 use crate::find::ray_map::Specular;

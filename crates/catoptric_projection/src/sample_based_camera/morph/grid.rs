@@ -1,30 +1,9 @@
 //! The grid of nodes around a reflector, and the tetrahedron of it that an eye is in (Popescu, Sacks, Mei 2006, section
 //! VI).
 
+use crate::sample_based_camera::settings::node_counts;
 use catoptric_core::math::Aabb;
 use glam::{UVec3, Vec3};
-
-/// Fewer nodes along an axis have no cell between them, and more are a mistake.
-const NODES: std::ops::RangeInclusive<u32> = 2..=257;
-
-/// The numbers of nodes along x, z and y that a text such as `17x17x8` gives.
-///
-/// # Errors
-/// What is wrong with it.
-pub fn node_counts(text: &str) -> Result<UVec3, String> {
-    let parts: Vec<Option<u32>> = text.split('x').map(|part| part.trim().parse().ok()).collect();
-    let allowed = |count: &u32| NODES.contains(count);
-    match parts[..] {
-        [Some(x), Some(z), Some(y)] if [x, y, z].iter().all(allowed) => Ok(UVec3::new(x, y, z)),
-        _ => {
-            let (least, most) = (NODES.start(), NODES.end());
-            Err(format!(
-                "grid = \"{text}\": wanted are the numbers of nodes along x, z and y, {least} to {most} each, such as \
-                 \"17x17x8\""
-            ))
-        }
-    }
-}
 
 /// Nodes at the corners of cubes.
 #[derive(Clone, Copy, Debug, PartialEq)]

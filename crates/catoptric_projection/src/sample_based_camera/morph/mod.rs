@@ -4,59 +4,50 @@
 mod agreement;
 pub(crate) mod bake;
 mod blend;
-pub(crate) mod cache;
 pub(crate) mod grid;
 mod mean;
-pub(crate) mod nodes;
+pub(crate) mod node_key;
+mod nodes;
 pub(crate) mod places;
 pub(crate) mod sightings;
-pub(crate) mod steady;
-mod walk;
+mod steady;
 
 pub(super) use bake::NodesWork;
-pub(super) use grid::node_counts;
 pub use grid::nodes_around;
 
+use super::at_eye::{SampleBasedCamera, ViewCameras};
 use super::hybrid::MappedReflectors;
 use super::panorama::{PanoramaSettings, PanoramicMirrors};
-use super::rays::grid::extent;
-use super::settings::{Ambiguous, Blend, SampleBasedCameraSettings};
-use super::{INFO, SampleBasedCamera, ViewCameras, margin_px};
+use super::rays::extent::extent;
+use super::settings::{Ambiguous, Blend, SampleBasedCameraSettings, margin_px};
 use crate::draw::MapsInView;
-use crate::draw::prepared::{Context, MeshProjection, Stages, mirror_tracer};
+use crate::draw::prepared::{Context, MeshProjection};
+use crate::draw::stages::{Stages, mirror_tracer};
 use crate::draw::virtual_mesh::{Ends, MeshQuality, SteadySource};
 use crate::draw::virtual_scene::MirrorState;
 use crate::draw::work_limit::WorkLimit;
 use crate::find::ray_map::{RayField, ViewField};
 use bake::BakedNodes;
 use blend::{BlendedPath, BlendedReflector, MorphProjector};
-use cache::AroundEye;
 use catoptric_core::scene::{PreciseView, Projection, Scene, View};
 use catoptric_engine::error::RenderError;
 use catoptric_engine::light::tracer::Tracer;
 use catoptric_engine::method::bake::Baked;
 use catoptric_engine::method::projector::SpecularPath;
-use catoptric_engine::method::{MethodInfo, Quality, Report, Settings};
+use catoptric_engine::method::{MethodInfo, Quality, Report};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use glam::UVec3;
 use grid::NodeGrid;
-use nodes::{FoundNode, NodeCounts, NodeKey, NodeStore, WantedNode};
+use node_key::{NodeKey, WantedNode, cameras_of, counts_of};
+use nodes::{FoundNode, NodeCounts, NodeStore};
 use places::{Carried, MirrorPlaces};
-use sightings::Node;
+use sightings::{AroundEye, Node};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Nodes are built for so many reflectors of a view at the most, those that appear largest: it takes some tenths of a
 /// second each. Chosen, not measured.
 const MOST_REFLECTORS: usize = 8;
-
-/// Work for the rays of a face that are traced between those of its map: the building of a node takes about as long
-/// again. Chosen, not measured.
-const FACE_WORK: u64 = 2_000_000;
-
-/// In a single mirror a node's cameras tell where the solver starts: an accuracy of a pixel is enough, takes a twelfth
-/// of the bytes of a tenth of a pixel on `two_spheres`, and leads to the same appearances.
-const MIRROR_ACCURACY_PX: f32 = 1.0;
 
 /// The method with its settings.
 #[derive(Clone)]
@@ -119,39 +110,13 @@ impl Morphing {
     ///
     /// # Errors
     /// [`RenderError::Setting`] for a grid that is none.
-    pub(super) fn new(settings: SampleBasedCameraSettings) -> Result<Self, RenderError> {
-        let wrong = |problem| RenderError::Setting { method: SampleBasedCameraSettings::METHOD, problem };
-        let counts = node_counts(&settings.grid).map_err(wrong)?;
-        Ok(Self { at_runtime: SampleBasedCamera(settings), counts })
+    pub(super) fn new(info: &'static MethodInfo, settings: SampleBasedCameraSettings) -> Result<Self, RenderError> {
+        let counts = counts_of(&settings)?;
+        Ok(Self { at_runtime: SampleBasedCamera { info, settings }, counts })
     }
 
     fn settings(&self) -> &SampleBasedCameraSettings {
-        &self.at_runtime.0
-    }
-
-    fn panorama(&self) -> PanoramaSettings {
-        let SampleBasedCameraSettings { downsampling, camera, accuracy_px, max_shared, finest_ray_px, .. } =
-            *self.settings();
-        let size_px = self.settings().node_size;
-        let polish = 0;
-        let of_mirror = match self.settings().blend {
-            Blend::Solved => accuracy_px.max(MIRROR_ACCURACY_PX),
-            Blend::Mean => accuracy_px,
-        };
-        let [accuracy_px, mirror_accuracy_px] =
-            [accuracy_px, of_mirror].map(|accuracy| accuracy.min(downsampling as f32));
-        PanoramaSettings {
-            size_px,
-            downsampling,
-            camera,
-            accuracy_px,
-            mirror_accuracy_px,
-            max_shared,
-            finest_ray_px,
-            polish,
-            work: FACE_WORK,
-            ..PanoramaSettings::default()
-        }
+        &self.at_runtime.settings
     }
 
     /// The cameras at the eye.
@@ -276,7 +241,9 @@ impl MeshProjection for Morphing {
     type ViewData = MorphView;
     type Projector<'a> = MorphProjector<'a>;
 
-    const INFO: &'static MethodInfo = &INFO;
+    fn info(&self) -> &'static MethodInfo {
+        self.at_runtime.info
+    }
 
     fn mirrors(
         &self,
@@ -308,7 +275,7 @@ impl MeshProjection for Morphing {
         quality: Quality,
         bake: Arc<dyn Baked>,
     ) -> Result<(), RenderError> {
-        let baked = BakedNodes::new(self, (scene, &mirrors.places), quality.order, bake)?;
+        let baked = BakedNodes::new((self.settings(), self.counts), (scene, &mirrors.places), quality.order, bake)?;
         mirrors.nodes = Arc::new(Mutex::new(NodeStore::of_bake(baked)));
         Ok(())
     }
@@ -326,7 +293,7 @@ impl MeshProjection for Morphing {
         let panoramic = PanoramicMirrors::of(scene, mirrors.tracer.clone(), virtual_scene.topologies());
         let mut store = mirrors.nodes.lock().unwrap_or_else(PoisonError::into_inner);
         let limits = (scene.bounds, u64::from(self.settings().node_memory) << 20);
-        let settings = PanoramaSettings { environment_mapped: environment.objects(), ..self.panorama() };
+        let settings = PanoramaSettings { environment_mapped: environment.objects(), ..cameras_of(self.settings()) };
         let panoramic = (&panoramic, &mirrors.places);
         let (found, counts) = store.get(&wanted, panoramic, &settings, limits, stages.progress)?;
         let kept = [store.count(), store.byte_count()];

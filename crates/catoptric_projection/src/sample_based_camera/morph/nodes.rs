@@ -2,31 +2,17 @@
 //! views.
 
 use super::bake::BakedNodes;
-use super::cache::{AroundEye, PointCache};
+use super::node_key::{NodeKey, WantedNode, of_node};
 use super::places::{MirrorPlaces, Moment};
-use super::sightings::NodeAnswer;
+use super::sightings::{AroundEye, NodeAnswer, PointCache};
 use crate::sample_based_camera::panorama::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
 use catoptric_core::math::Aabb;
 use catoptric_core::parallel;
 use catoptric_core::progress::Progress;
 use catoptric_engine::error::RenderError;
-use glam::{DAffine3, UVec3, Vec3};
+use glam::DAffine3;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-
-/// A node: of which reflector's grid, and where in it; the highest order of its paths.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct NodeKey {
-    /// The object around which the grid lies.
-    pub reflector: u32,
-    /// The place in the grid.
-    pub node: UVec3,
-    /// The highest order.
-    pub order: u32,
-}
-
-/// A node that a view needs, and its place when the grids were laid out.
-pub(super) type WantedNode = (NodeKey, Vec3);
 
 /// The nodes that were built.
 #[derive(Default)]
@@ -92,11 +78,6 @@ enum Origin {
     Built,
     /// It was built, as the bake's bytes are wrong.
     Unreadable,
-}
-
-/// The settings of a node's cameras, by those of all nodes.
-pub(super) fn of_node(all: &PanoramaSettings, NodeKey { reflector, order, .. }: NodeKey) -> PanoramaSettings {
-    PanoramaSettings { order, first: Some(vec![reflector]), ..all.clone() }
 }
 
 impl NodeStore {

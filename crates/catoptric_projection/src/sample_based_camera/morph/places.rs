@@ -1,7 +1,7 @@
 //! Where mirrors are, and where they were when the grids about them were laid out: nodes move with their reflectors
 //! (Popescu, Sacks, Mei 2006, section VI).
 
-use super::nodes::NodeKey;
+use super::node_key::NodeKey;
 use crate::draw::virtual_scene::MirrorState;
 use crate::sample_based_camera::panorama::PanoramicProjection;
 use catoptric_core::math::Aabb;

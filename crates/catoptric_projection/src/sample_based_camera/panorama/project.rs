@@ -1,11 +1,14 @@
 //! Scene points to their appearances in all directions; each appears once where two faces meet.
 
+use super::cameras::{PanoramaFace, PanoramicCameras, PanoramicMirrors};
 use super::cube::{FACES, beyond, owner};
-use super::{PanoramaFace, PanoramicCameras, PanoramicMirrors};
 use crate::find::ray_map::{ViewField, eye_of};
 use crate::sample_based_camera::cameras::CameraProjection;
 use crate::sample_based_camera::project::{Appearance, CameraProjector};
+use crate::sample_based_camera::settings::SampleBasedCameraSettings;
 use catoptric_core::scene::{PreciseView, ViewRays};
+use catoptric_engine::error::RenderError;
+use catoptric_engine::method::Settings;
 use catoptric_engine::method::projector::{Projection, SpecularPath};
 use catoptric_engine::optics::path::manifold::SpecularSurfaces;
 use glam::{Mat3, Vec2, Vec3};
@@ -44,6 +47,22 @@ pub struct PanoramicProjection {
     pub last_segment: f32,
     /// Estimated error of the direction in radians; 0 where a solver has converged.
     pub error: f32,
+}
+
+impl PanoramicCameras {
+    /// The projector of scene points. `mirrors` are those that the cameras were built for, or those of another moment
+    /// of the scene, in which other things have moved.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] when that scene has not as many objects.
+    pub fn projector<'a>(&'a self, mirrors: &PanoramicMirrors<'a>) -> Result<PanoramicProjector<'a>, RenderError> {
+        let (built_for, given) = (self.object_count, mirrors.scene.objects.len());
+        if built_for == given {
+            return Ok(PanoramicProjector::new(self, mirrors));
+        }
+        let problem = format!("panoramic cameras of a scene with {built_for} objects do not fit one with {given}");
+        Err(RenderError::Limit { method: SampleBasedCameraSettings::METHOD, problem })
+    }
 }
 
 /// Projects scene points by [`PanoramicCameras`].

@@ -1,10 +1,11 @@
 //! Panoramic cameras as bytes, for baked files: what answers need, and no more.
 
-use super::{PanoramaFace, PanoramaSettings, PanoramicCameras, group_of_path};
+use super::cameras::{PanoramaFace, PanoramaSettings, PanoramicCameras, group_of_path};
 use crate::sample_based_camera::cameras::Cameras;
 use crate::sample_based_camera::layout::{WordReader, WordWriter};
 use crate::sample_based_camera::panorama::cube::FACES;
-use crate::sample_based_camera::rays::grid::{DensePathRays, RayGrid};
+use crate::sample_based_camera::rays::grid::RayGrid;
+use crate::sample_based_camera::rays::path_rays::DensePathRays;
 use catoptric_engine::method::projector::{MAX_BOUNCES, SpecularPath};
 use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use glam::Vec3;

@@ -1,8 +1,10 @@
 //! Creases, and where one part of a reflector hides another: borders between connected regions of one path's rays.
 
 use super::follow::FollowSteps;
-use super::grid::{BORDER_PX, DensePathRays, GridRay, RaySampler};
+use super::grid_ray::GridRay;
+use super::path_rays::DensePathRays;
 use super::pieces;
+use super::sampler::{BORDER_PX, RaySampler};
 use std::collections::BTreeMap;
 
 /// Squares through which a border runs are quartered until they are this large, in pixels; then it is about straight.

@@ -1,6 +1,6 @@
 //! Following rays through reflectors and lenses without derivatives.
 
-use super::grid::GridRay;
+use super::grid_ray::GridRay;
 use crate::find::ray_map::{Scattering, Specular, departure, is_spurious};
 use catoptric_core::scene::Ray;
 use catoptric_core::scene::hit::PrimitiveHit;

@@ -1,8 +1,7 @@
 //! The rays of one path, by the cells of the ray map.
 
 use super::super::layout::{WordReader, WordWriter};
-use super::grid::{GridRay, NO_CELL, RowEntries};
-use super::pieces;
+use super::grid_ray::GridRay;
 use catoptric_core::parallel;
 use catoptric_engine::method::projector::SpecularPath;
 use catoptric_engine::raster::BlockMask;
@@ -70,56 +69,23 @@ impl DensePathRays {
         blocks
     }
 
-    /// The rays of a path that were found in some rows, by these numbers there. `reach` is how far rays are expected to
-    /// go.
-    pub(in super::super) fn new(
+    /// Rays in the order of the cells of a rectangle: its first cell and size, where the rays of each cell start, and
+    /// its regular ray. Their pieces are not known yet.
+    pub(super) fn of_cells(
         path: SpecularPath,
-        rows: &[RowEntries],
-        found: &[(u32, u32)],
-        columns: u32,
-        reach: f64,
+        rays: Vec<GridRay>,
+        [low, size]: [[u32; 2]; 2],
+        starts: Vec<u32>,
+        regular: Vec<u32>,
     ) -> Self {
-        let entries = || {
-            found.iter().flat_map(|&(row, number)| rows[row as usize].of_path(number).iter().map(move |&at| (row, at)))
-        };
-        let cell = |(row, at): (u32, u32)| rows[row as usize].entries[at as usize].cell;
-        let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
-        let mut count = 0;
-        for entry in entries() {
-            for (axis, index) in cell(entry).into_iter().enumerate() {
-                low[axis] = low[axis].min(index);
-                high[axis] = high[axis].max(index);
-            }
-            count += 1;
-        }
-        let size = [0, 1].map(|axis: usize| high[axis] + 1 - low[axis].min(high[axis]));
-        let bin = |[column, row]: [u32; 2]| ((row - low[1]) * size[0] + column - low[0]) as usize;
-        let mut starts = vec![0u32; (size[0] * size[1]) as usize + 1];
-        for entry in entries() {
-            starts[bin(cell(entry)) + 1] += 1;
-        }
-        for index in 1..starts.len() {
-            starts[index] += starts[index - 1];
-        }
-        let mut next = starts.clone();
-        let mut order = vec![(0u32, 0u32); count];
-        // Regular rays come first among the entries, so they do in their cells.
-        for entry in entries() {
-            let next = &mut next[bin(cell(entry))];
-            order[*next as usize] = entry;
-            *next += 1;
-        }
-        let rays = parallel::map_collect(count, |index| rows[order[index].0 as usize].rays[order[index].1 as usize]);
-        let between: Vec<[u32; 2]> =
-            order.iter().map(|&(row, at)| rows[row as usize].entries[at as usize].between).collect();
-        let is_regular = |start: u32, end: u32| start < end && between[start as usize][0] == NO_CELL;
-        let regular =
-            starts.windows(2).map(|ends| if is_regular(ends[0], ends[1]) { ends[0] } else { NO_RAY }).collect();
         let places = rays.iter().map(|ray| ray.place).collect();
-        let mut group = Self { path, rays, places, low, size, starts, regular, ..Self::default() };
-        (group.piece_of_ray, group.piece_count) = pieces::of(&group, &between, columns, reach);
-        group.piece_of_cell = group.pieces_of_cells();
-        group
+        Self { path, rays, places, low, size, starts, regular, ..Self::default() }
+    }
+
+    /// Takes the piece of each ray, and how many there are.
+    pub(super) fn set_pieces(&mut self, (piece_of_ray, piece_count): (Vec<u32>, u32)) {
+        (self.piece_of_ray, self.piece_count) = (piece_of_ray, piece_count);
+        self.piece_of_cell = self.pieces_of_cells();
     }
 
     /// The number of rays.

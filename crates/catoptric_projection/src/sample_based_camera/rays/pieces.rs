@@ -1,8 +1,9 @@
 //! Connected regions of a path's rays: where neighbouring rays differ far more than those beside them, another part of
 //! the reflector begins (an edge, a part in front of another). No camera is fitted across.
 
-use super::grid::{DensePathRays, GridRay, NO_CELL};
-use super::path_rays::NO_RAY;
+use super::grid_ray::GridRay;
+use super::path_rays::{DensePathRays, NO_RAY};
+use super::rows::NO_CELL;
 use catoptric_core::parallel;
 
 /// Neighbouring rays are of different pieces when they differ by more than this many times what the rays beside them

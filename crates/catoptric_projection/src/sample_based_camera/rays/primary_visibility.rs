@@ -5,7 +5,7 @@
 //! against the triangle itself, by the test of the ray tracer, and keeps what is nearest. So the answer is the
 //! tracer's.
 
-use super::grid::extent;
+use super::extent::extent;
 use crate::find::ray_map::{RayField, Specular};
 use catoptric_core::parallel;
 use catoptric_core::scene::hit::PrimitiveHit;

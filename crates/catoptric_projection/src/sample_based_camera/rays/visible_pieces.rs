@@ -1,8 +1,10 @@
 //! The piece of a reflector in each pixel, for pictures of the subdivision.
 
-use super::grid::{DensePathRays, RayGrid, RaySampler};
+use super::grid::RayGrid;
+use super::path_rays::DensePathRays;
+use super::sampler::RaySampler;
 use crate::find::ray_map::{Specular, ViewField};
-use crate::sample_based_camera::{SampleBasedCameraSettings, margin_px};
+use crate::sample_based_camera::settings::{SampleBasedCameraSettings, margin_px};
 use catoptric_core::progress::{Cancelled, Progress};
 use catoptric_core::scene::{Scene, View};
 use catoptric_engine::light::path_tracer::NearPlane;

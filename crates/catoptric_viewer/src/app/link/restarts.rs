@@ -11,10 +11,10 @@ pub struct Restarts {
 }
 
 impl Restarts {
-    /// The most that are allowed within a time.
+    /// The most starts that are allowed within [`Self::WITHIN`].
     pub const MOST: usize = 3;
 
-    /// That time.
+    /// The time over which starts are counted.
     pub const WITHIN: Duration = Duration::from_secs(60);
 
     /// True if another start is allowed now, which is then counted. `now` is the time since any fixed moment.

@@ -82,7 +82,7 @@ impl Drop for StudioThread {
     fn drop(&mut self) {
         self.mailbox.close();
         if let Some(thread) = self.thread.take() {
-            // Its panic, if there was one, has been printed.
+            // A panic of the thread, if there was one, has been printed.
             let _ = thread.join();
         }
     }
@@ -117,7 +117,7 @@ mod tests {
     fn a_panic_has_another_studio_go_on_up_to_three_times() {
         let fails = Arc::new(AtomicBool::new(false));
         let armed = fails.clone();
-        // It is called within the studio's work.
+        // The studio calls this in the midst of its work.
         let wake_up = move || assert!(!armed.swap(false, Ordering::SeqCst), "the test has it fail");
         let thread = StudioThread::start(None, Box::new(wake_up));
         for number in 1..=4 {

@@ -8,7 +8,7 @@ use catoptric::scene::Role;
 use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Slider, TextStyle, Ui};
 use glam::Vec3;
 
-/// What was picked: the path's table, and the role of what is seen.
+/// Shows the picked point: a table of its ray's path, and the role of the object that is seen there.
 pub(super) fn picked(viewer: &mut Viewer, ui: &mut Ui) {
     let Some(picked) = &viewer.shown.picked else { return };
     let Some(scene) = &viewer.scene else { return };

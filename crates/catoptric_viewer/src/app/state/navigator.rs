@@ -220,7 +220,7 @@ mod tests {
                 let place = navigator.camera().world_from_camera;
                 prop_assert!(place.is_finite());
                 prop_assert!((place.matrix3.determinant() - 1.0).abs() < 1e-3);
-                // It stays upright.
+                // The camera stays upright.
                 prop_assert!(navigator.axis(1).y > 0.0 && navigator.axis(0).y.abs() < 1e-2);
             }
         }

@@ -1,4 +1,4 @@
-//! What the studio has answered: pictures, times, messages.
+//! The studio's answers: pictures, times, messages.
 
 use super::overlay::ShownOverlay;
 use crate::studio::news::Picture;
@@ -27,7 +27,7 @@ pub(in crate::app) struct Shown {
     pub(in crate::app) overlays: Vec<ShownOverlay>,
     /// The stage of long work and its share.
     pub(in crate::app) busy: Option<(String, Option<f32>)>,
-    /// What the user should know, the newest last.
+    /// Messages to the user, the newest last.
     pub(in crate::app) messages: VecDeque<Said>,
     /// The last thing that was done for the user, and when that was, in seconds of the window's clock.
     pub(in crate::app) noted: Option<(String, f64)>,

@@ -56,7 +56,7 @@ pub struct FirstView {
 /// An eye that looks at a point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FirstEye {
-    /// Its place.
+    /// The place of the eye, in the world.
     pub position: DVec3,
     /// The point; `None`: the middle of the scene.
     pub target: Option<DVec3>,

@@ -11,8 +11,8 @@ use glam::{DVec3, Vec3};
 /// The command that draws the left side, to be typed or pasted.
 ///
 /// # Errors
-/// What the program cannot be told: scenes that are no files, what was moved or painted, and orthographic cameras that
-/// were moved.
+/// Pictures that no command describes: of scenes that are no files, with objects that were moved or painted, or by
+/// orthographic cameras that were moved.
 pub(super) fn of(viewer: &Viewer) -> Result<String, String> {
     let wish = viewer.sent.as_ref().ok_or("there is no picture yet")?;
     if let Source::Bytes { name, .. } = &viewer.source {

@@ -11,7 +11,7 @@ use std::ffi::OsString;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// What is missing where the program is, and how it gets there.
+/// The message where the program `catoptric` was not found: that it is needed, and how to get it.
 const NO_PROGRAM: &str = "this needs the program `catoptric`: install it (cargo install catoptric_cli), or put it \
                           beside the viewer, and start the viewer again";
 

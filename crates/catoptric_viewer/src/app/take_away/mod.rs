@@ -1,4 +1,4 @@
-//! What is taken out of the window: pictures, commands, scenes.
+//! Things that users take out of the window: pictures, commands, scenes.
 
 #[cfg(not(target_family = "wasm"))]
 mod ask;

@@ -1,7 +1,6 @@
 //! The error of the left side against the right one.
 
-use crate::studio::Tell;
-use crate::studio::news::{Compared, News};
+use crate::studio::news::{Compared, News, Tell};
 use crate::studio::order::Wish;
 use catoptric::framebuffer::Framebuffer;
 use catoptric::metrics::{Comparison, heat_map_rgb8};

@@ -13,7 +13,7 @@ use wgpu::{TextureFormat, TextureUsages};
 #[derive(Clone, Debug)]
 pub struct Gpu {
     context: Arc<Context>,
-    /// It is the window's, which shows its textures without carrying them anywhere, and is waited for.
+    /// True if this is the window's own device: its textures are shown without a copy, and it is waited for.
     is_window_s: bool,
 }
 
@@ -32,7 +32,7 @@ impl Gpu {
         Self { context, is_window_s: false }
     }
 
-    /// Its name.
+    /// The name of the adapter, with the interface through which it is used.
     pub fn name(&self) -> String {
         let Some(adapter) = self.context.adapter() else { return "GPU".into() };
         match (adapter.name.as_str(), adapter.backend.as_str()) {
@@ -63,7 +63,7 @@ impl Gpu {
 pub(super) struct DeviceScene {
     context: Arc<Context>,
     pub(super) renderer: Renderer,
-    /// Whether the device may be waited for.
+    /// True if the device may be waited for.
     pub(super) waits: bool,
 }
 
@@ -92,7 +92,7 @@ impl DeviceScene {
         let mut encoder = device.create_command_encoder(&Default::default());
         let report = self.renderer.draw(&mut encoder, view, (&target, format), progress)?;
         queue.submit([encoder.finish()]);
-        // So that frames do not pile up, and their times are known.
+        // Waiting keeps frames from piling up, and makes their times known.
         let waited = device.poll(wgpu::PollType::wait_indefinitely());
         let failed = |problem: String| RenderError::Limit { method: "gpu", problem };
         waited.map_err(|error| failed(error.to_string()))?;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// A method made ready for a scene.
 pub(super) struct PreparedSide {
     pub(super) drawn: Drawn,
-    /// Of the last update.
+    /// The quality of the last update.
     pub(super) quality: Quality,
     pub(super) scene: Arc<Scene>,
     pub(super) means: Means,
@@ -25,7 +25,7 @@ pub(super) struct PreparedSide {
 }
 
 impl PreparedSide {
-    /// Whether it does what is to be drawn.
+    /// True if this was made ready for the method and the settings of `drawn`.
     pub(super) fn does(&self, drawn: &Drawn) -> bool {
         (&self.drawn.method, &self.drawn.settings) == (&drawn.method, &drawn.settings)
     }
@@ -37,7 +37,7 @@ pub(super) enum Means {
     Gpu(Box<DeviceScene>),
 }
 
-/// What is drawn.
+/// A picture as its processor leaves it.
 pub(super) enum Canvas {
     /// Linear colours.
     Linear(Framebuffer),
@@ -47,9 +47,9 @@ pub(super) enum Canvas {
     Texture(wgpu::Texture),
 }
 
-/// What drawing has come to.
+/// A picture that is done, or that a device has begun.
 pub(super) enum Begun {
-    /// It is done, with times and counts.
+    /// The picture, with times and counts.
     Done(Canvas, Report),
     /// A device is at it.
     OnItsWay(Reading),

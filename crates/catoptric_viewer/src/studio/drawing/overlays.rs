@@ -14,7 +14,8 @@ use std::sync::Arc;
 /// Makes overlays, by what is ready to draw the picture, if that is on the CPU.
 #[derive(Default)]
 pub(in crate::studio) struct OverlayMaker {
-    /// What is ready otherwise.
+    /// The method on the CPU, made ready for overlays alone: where the preparation that draws the picture does not
+    /// serve for them.
     own: Option<(Drawn, Arc<Scene>, Box<dyn Prepared>)>,
 }
 

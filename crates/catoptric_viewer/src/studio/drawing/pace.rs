@@ -118,7 +118,7 @@ mod tests {
         // The finer one that was too slow is tried again now and then, not every time.
         let slow = (0..300).filter(|_| drafts(&mut pace, 1, 1, [25.0, 80.0]) > 0.5).count();
         assert!(slow <= 16, "{slow}");
-        // What is the same for all sizes may be too much for any: then as coarse as can be.
+        // The part that is the same for all sizes may be too much for any: then drafts are as coarse as can be.
         assert_eq!(drafts(&mut pace, 40, 1, [200.0, 10.0]), 0.125);
         assert_eq!(scaled([1, 3], 0.125), [1, 1]);
     }

@@ -44,22 +44,22 @@ pub(in crate::studio) fn steps(drawn: &Drawn) -> Vec<Fineness> {
     steps
 }
 
-/// Whether drafts are drawn with one sample a pixel: of methods that need nothing new for that. In the time of four
-/// samples their drafts have twice the width.
+/// True for methods whose drafts are drawn with one sample a pixel: those that need nothing new for that. In the time
+/// of four samples their drafts have twice the width.
 fn drafts_are_cheaper(drawn: &Drawn) -> bool {
     ["auto", "multiperspective", "planar_mirror", "reference"].contains(&drawn.method.as_str())
 }
 
-/// What draws a side.
+/// One side of the picture: its method made ready, and the scale of its drafts.
 #[derive(Default)]
 pub(in crate::studio) struct Side {
     prepared: Option<PreparedSide>,
     pace: Pace,
-    /// What draws until the device has drawn its first picture.
+    /// The same side on the CPU, which draws until the device has drawn its first picture.
     meanwhile: Option<Box<Side>>,
 }
 
-/// What has become of the drawing of a side.
+/// A side's picture, or the promise of one.
 pub(in crate::studio) enum Outcome {
     /// A picture.
     Picture(Box<Picture>),
@@ -80,7 +80,7 @@ impl OnItsWay {
     }
 }
 
-/// What is known of a picture before it is drawn.
+/// A picture's task: all that is known before it is drawn.
 pub(in crate::studio) struct Plan {
     pub(in crate::studio) wish: Arc<Wish>,
     pub(in crate::studio) side: usize,
@@ -88,7 +88,7 @@ pub(in crate::studio) struct Plan {
     quality: Quality,
     scale: f32,
     size: [u32; 2],
-    /// What has been reported so far.
+    /// The report of the preparation.
     report: Report,
     /// Since the preparation, and since the frame began.
     watches: [Stopwatch; 2],
@@ -139,7 +139,7 @@ impl Side {
             Ok(Begun::Done(canvas, report)) => Ok(Outcome::Picture(Box::new(self.complete(plan, canvas, report)))),
             Ok(Begun::OnItsWay(reading)) => Ok(Outcome::OnItsWay(Box::new(OnItsWay { plan, reading }))),
             Err(RenderError::Limit { problem, .. }) if matches!(prepared.means, Means::Gpu(_)) => {
-                // What the device could not do, the processor does from now on.
+                // The device cannot draw this: the processor does from now on.
                 let on_cpu = Tools { gpu: None, ..tools };
                 self.prepare_anew(drawn, scene, quality, (on_cpu, &preparing))?;
                 if let Some(prepared) = &mut self.prepared {
@@ -194,7 +194,7 @@ impl Side {
         }
     }
 
-    /// Whether a device draws a method.
+    /// True if a device draws a method, or will.
     fn draws_on_device(&self, drawn: &Drawn, tools: Tools<'_>) -> bool {
         let known = self.prepared.as_ref().filter(|known| known.does(drawn));
         let could = || tools.gpu.is_some() && methods::find(&drawn.method).is_ok_and(|info| info.gpu);
@@ -259,7 +259,8 @@ impl Side {
         quality: Quality,
         (tools, progress): (Tools<'_>, &dyn Progress),
     ) -> Result<Report, RenderError> {
-        // What was prepared makes room first. The same method in another pose will take about as long.
+        // The old preparation is dropped first, for its memory. The same method in another pose will take about as
+        // long.
         let keeps_pace = self.prepared.as_ref().is_some_and(|known| known.does(drawn));
         let pace = if keeps_pace { std::mem::take(&mut self.pace) } else { Pace::default() };
         *self = Self { pace, ..Self::default() };
@@ -296,7 +297,7 @@ impl Side {
         Ok(report)
     }
 
-    /// What draws on the CPU, if it is ready for a scene at rest.
+    /// The side's method on the CPU, if that is ready for this scene and this quality.
     pub(super) fn on_cpu(&mut self, drawn: &Drawn, scene: &Arc<Scene>) -> Option<&mut dyn Prepared> {
         let known = self.prepared.as_mut().filter(|known| Arc::ptr_eq(&known.scene, scene) && known.drawn == *drawn)?;
         match &mut known.means {

@@ -34,7 +34,7 @@ pub(super) struct ExactPath<'a> {
 pub(super) struct Found {
     /// Where it leaves the picture, in pixels.
     pub(super) px: DVec2,
-    /// Its last bounce, and the direction from there.
+    /// The place of the last bounce, and the unit direction from there to the point.
     pub(super) last: DVec3,
     pub(super) leaving: DVec3,
     sites: PathSites,
@@ -89,7 +89,7 @@ impl<'a> ExactPath<'a> {
     /// The path to another point, in homogeneous coordinates, that a path to `point` becomes on a straight way there;
     /// `None` if its sheet ends before, or it leaves the reflectors.
     pub(super) fn followed(&self, path: &Found, point: DVec3, target: DVec4) -> Option<Found> {
-        // Of the same weight, so that steps are even.
+        // The same point with about the target's weight, so that equal shares are even steps.
         let from =
             point.extend(1.0) * (target.truncate().length() / point.length().max(f64::MIN_POSITIVE)).max(target.w);
         let at = |share: f64| {

@@ -49,7 +49,7 @@ pub struct Place {
     pub position_px: [f32; 2],
     /// How far that is from the truth, in pixels.
     pub offset_px: f32,
-    /// What the place does not say.
+    /// A caveat: what the place alone does not say; may be empty.
     pub remark: String,
 }
 
@@ -72,7 +72,7 @@ pub struct Places {
     pub is_done: bool,
 }
 
-/// What is still to be asked.
+/// A question that is still to be asked.
 #[derive(Clone, Debug, PartialEq)]
 enum Question {
     /// The truth, and environment maps, whose places are found from it.
@@ -310,7 +310,7 @@ impl Question {
 
 /// True if nothing hides a point of an object from the eye.
 fn is_seen(scene: &Scene, tracer: &Tracer, view: &View, object: u32, point: DVec3) -> bool {
-    /// What is so near to the point is its own surface, as a share of the distance.
+    /// A hit this near to the point, as a share of the distance, is of its own surface.
     const OWN: f32 = 1e-2;
     let Some(px) = view.pixel_of_exact(point) else { return false };
     let ray = view.ray(px.x as f32, px.y as f32);

@@ -1,18 +1,21 @@
 //! Orders, wishes and news as text and bytes, for a studio that shares no memory with the window: in browsers, a
 //! worker.
 
+mod error;
 mod overlay;
 mod picture;
 mod places;
 mod scene;
 mod wish;
 
+pub use error::WireError;
+
 use super::news::{Compared, News, Overlaid};
 use super::order::{Beside, Order, Source, Wish};
 use super::pick::Bounce;
 use catoptric::optics::path::bundle::BounceKind;
 use glam::Vec3;
-use overlay::{WireOverlay, kind_of};
+use overlay::WireOverlay;
 use picture::{WirePicture, check_length};
 use places::WirePlaces;
 use scene::WireScene;
@@ -29,18 +32,7 @@ pub struct Message {
     pub bytes: Vec<u8>,
 }
 
-/// A message that cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[error("a message between window and worker cannot be read: {0}")]
-pub struct WireError(String);
-
-impl WireError {
-    fn new(problem: String) -> Self {
-        Self(problem)
-    }
-}
-
-/// What goes to the studio.
+/// A message to the studio, as the studio takes it.
 #[derive(Clone, Debug)]
 pub enum Request {
     /// An order.
@@ -153,7 +145,7 @@ pub fn request(request: &Request) -> Option<Message> {
 /// # Errors
 /// [`WireError`].
 pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireError> {
-    let wire: WireRequest = serde_json::from_str(&text).map_err(|error| WireError(error.to_string()))?;
+    let wire: WireRequest = serde_json::from_str(&text).map_err(|error| WireError::new(error.to_string()))?;
     let load = |number, source, opening: WireOpening| {
         Ok::<_, WireError>(Request::Order(Order::Load { number, source, opening: opening.read()? }))
     };
@@ -163,7 +155,7 @@ pub fn read_request(Message { text, bytes }: Message) -> Result<Request, WireErr
             let mut left = &bytes[..];
             let mut take = |length: usize| {
                 let (taken, rest) =
-                    left.split_at_checked(length).ok_or_else(|| WireError("bytes are missing".into()))?;
+                    left.split_at_checked(length).ok_or_else(|| WireError::new("bytes are missing".into()))?;
                 left = rest;
                 Ok::<_, WireError>(taken)
             };
@@ -227,7 +219,7 @@ pub fn news(news: News) -> Option<Message> {
 /// # Errors
 /// [`WireError`].
 pub fn read_news(Message { text, bytes }: Message) -> Result<News, WireError> {
-    let wire: WireNews = serde_json::from_str(&text).map_err(|error| WireError(error.to_string()))?;
+    let wire: WireNews = serde_json::from_str(&text).map_err(|error| WireError::new(error.to_string()))?;
     Ok(match wire {
         WireNews::Busy { stage, share } => News::Busy { stage, share },
         WireNews::Remark { text } => News::Remark { text },

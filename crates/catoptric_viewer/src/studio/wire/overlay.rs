@@ -1,6 +1,6 @@
 //! Overlays as text and bytes.
 
-use super::WireError;
+use super::error::WireError;
 use catoptric::methods::overlay::{MAX_GROUPS, Overlay, OverlayKind, OverlaySegment};
 use glam::Vec2;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! Pictures as text; their pixels are bytes.
 
-use super::WireError;
+use super::error::WireError;
 use super::wish::WireWish;
 use crate::studio::news::Picture;
 use catoptric::framebuffer::Framebuffer;

@@ -1,6 +1,6 @@
 //! Where a picked point appears, as text.
 
-use super::WireError;
+use super::error::WireError;
 use super::wish::WireWish;
 use crate::studio::places::{Place, Places};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
-//! What a scene holds, as text.
+//! Summaries of scenes as text.
 
-use super::WireError;
+use super::error::WireError;
 use super::wish::{WireCamera, WireDisplay, WireLook, role_of};
 use crate::studio::news::{ClipSummary, ObjectSummary, SceneSummary};
 use catoptric::math::Aabb;

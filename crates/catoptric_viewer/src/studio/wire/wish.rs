@@ -1,6 +1,7 @@
 //! Wishes, and how scenes are opened, as text.
 
-use super::{WireError, kind_of};
+use super::error::WireError;
+use super::overlay::kind_of;
 use crate::studio::order::{Changes, Drawn, Opening, RoleChange, Wish};
 use catoptric::methods::Quality;
 use catoptric::scene::edits::Look;

@@ -4,8 +4,8 @@
 
 use super::bounds::{DepthBounds, Range};
 use super::depths::{Depth, Depths};
-use super::texels::TexelLayout;
-use crate::layered_environment_map::shells::shell::{RayLanes, Shell};
+use crate::layered_environment_map::shell::{RayLanes, Shell};
+use crate::layered_environment_map::texels::TexelLayout;
 use catoptric_core::math::lanes::Lanes;
 use glam::Vec3;
 use std::sync::Arc;

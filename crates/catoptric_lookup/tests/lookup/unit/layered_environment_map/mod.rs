@@ -3,5 +3,7 @@
 mod bake;
 mod inference;
 mod mesh;
+mod shell;
 mod shells;
+mod texels;
 mod textures;

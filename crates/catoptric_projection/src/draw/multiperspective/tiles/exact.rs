@@ -3,10 +3,10 @@
 use super::super::bundles::coverage::MAX_SAMPLES;
 use super::super::bundles::least_squares::{TERMS, fit_quadratics, terms};
 use super::super::counts::Counts;
-use super::super::source::{Reflections, Root};
 use super::follow::{Chain, chain};
 use super::found::FoundSurface;
 use super::own::TOUCHING;
+use super::reflections::{Reflections, Root};
 use catoptric_core::scene::shade::Barycentrics;
 #[cfg(target_arch = "x86_64")]
 use catoptric_engine::light::wide_hierarchy::Avx2;

@@ -1,8 +1,8 @@
 //! The rays of paths: from the eye along the surfaces that a sample shows.
 
-use super::super::source::Reflections;
 use super::found::FoundSurface;
-use crate::draw::meet_known_surface;
+use super::reflections::Reflections;
+use crate::draw::path_shader::meet_known_surface;
 use catoptric_core::scene::Ray;
 use catoptric_engine::optics::path::bundle::BounceKind;
 use catoptric_engine::optics::step::{Facing, relative_index};

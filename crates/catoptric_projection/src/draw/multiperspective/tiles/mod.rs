@@ -7,4 +7,5 @@ pub(super) mod found;
 pub(super) mod marks;
 pub(super) mod own;
 pub(super) mod paths;
+pub(super) mod reflections;
 pub(super) mod square;

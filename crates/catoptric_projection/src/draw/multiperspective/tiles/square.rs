@@ -5,11 +5,11 @@ use super::super::bundles::bundle::{BundleFit, COORDINATES, RayBundle, TileRay};
 use super::super::bundles::coverage::{ROOT, TileArea};
 use super::super::bundles::model::{PixelLines, Quadratic};
 use super::super::counts::Counts;
-use super::super::source::{Reflections, Root};
 use super::super::tile_log::TileWay;
 use super::cover::{CoverWork, Drawing};
 use super::follow::{PathRay, chain};
 use super::found::FoundSurface;
+use super::reflections::{Reflections, Root};
 use catoptric_core::scene::Role;
 use glam::Vec2;
 

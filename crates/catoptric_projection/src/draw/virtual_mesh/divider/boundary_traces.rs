@@ -1,52 +1,12 @@
 //! Traces of appearances to their ends, and the strips drawn between them.
 
-use super::Divider;
-use super::missed_boundaries::{MissedBoundary, PointKey, edge_key, key};
-use super::shapes::PieceCorner;
+use super::drawing::PieceDrawing;
+use super::missed_boundaries::{MissedBoundary, edge_key, key};
+use super::shapes::{PieceCorner, TracePlace};
 use catoptric_core::math::portable::PortableMath;
 use catoptric_engine::method::projector::{Projection, VertexProjector};
 use glam::{Vec2, Vec3};
 use std::ops::Range;
-
-/// A point of the source.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct TracePlace {
-    pub(super) position: Vec3,
-    /// Weights of the source's second and third vertex.
-    pub(super) weights: Vec2,
-}
-
-impl TracePlace {
-    pub(super) fn of(corner: &PieceCorner) -> Self {
-        Self { position: corner.position, weights: corner.weights }
-    }
-
-    fn middle(&self, other: &Self) -> Self {
-        let position = (self.position + other.position) * 0.5;
-        Self { position, weights: (self.weights + other.weights) * 0.5 }
-    }
-
-    /// Where the line from here through `other` leaves a triangle that holds both; returns `None` if they coincide.
-    fn beyond(&self, other: &Self, triangle: &[Self; 3]) -> Option<Self> {
-        let [a, b, c] = triangle.map(|corner| corner.weights);
-        let area = (b - a).perp_dot(c - a);
-        let shares = |at: Vec2| {
-            let (second, third) = ((at - a).perp_dot(c - a) / area, (b - a).perp_dot(at - a) / area);
-            Vec3::new(1.0 - second - third, second, third)
-        };
-        let (here, there) = (shares(self.weights), shares(other.weights));
-        // The first share that vanishes on the way.
-        let ends =
-            [0, 1, 2].map(|k: usize| if there[k] < here[k] { here[k] / (here[k] - there[k]) } else { f32::INFINITY });
-        let length = ends[0].min(ends[1]).min(ends[2]);
-        let at = here + (there - here) * length;
-        let mix = |[p, q, r]: [Vec3; 3]| p * at.x + q * at.y + r * at.z;
-        at.is_finite().then(|| Self {
-            position: mix(triangle.map(|corner| corner.position)),
-            weights: a * at.x + b * at.y + c * at.z,
-        })
-    }
-}
 
 /// The trace of an appearance to its end.
 pub(super) struct BoundaryTrace {
@@ -85,9 +45,6 @@ const MAX_WAY_HALVINGS: u32 = 4;
 /// Ends that are not searched for are drawn no further away than this, in pixels. Chosen, not measured.
 const MAX_GUESS_PX: f32 = 24.0;
 
-/// An appearance that ends: from a point, towards another, where it appears at the first.
-pub(super) type EndKey = (PointKey, PointKey, [u32; 2]);
-
 /// Where an appearance ends on a step if that is not searched for, and its share of the step: half-way, but not far.
 fn guessed_end(one: &Projection, merging: Option<&Projection>, step: Vec3) -> (Projection, f32) {
     if let Some(other) = merging {
@@ -98,7 +55,7 @@ fn guessed_end(one: &Projection, merging: Option<&Projection>, step: Vec3) -> (P
     (Projection { image_px: one.predicted(step * share), ..*one }, share)
 }
 
-impl<P: VertexProjector + ?Sized> Divider<'_, P> {
+impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
     /// The way of an appearance from corner `a` towards corner `b` up to where it ends.
     pub(super) fn way_to_end(&mut self, index: usize, a: &PieceCorner, b: &PieceCorner) -> BoundaryTrace {
         let one = self.appearances[index];

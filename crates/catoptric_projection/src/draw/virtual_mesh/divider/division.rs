@@ -5,18 +5,27 @@
 //! they have to be (Cohen, Mirebeau 2012, Greedy bisection generates optimally adapted triangulations). Which edges are
 //! divided in the end is the rule's decision alone, not that of the order.
 
-use super::WORK_A_PIECE;
 use super::shapes::{PieceQueue, PieceShape, Strip, TrianglePiece};
 use crate::find::work;
 use catoptric_engine::method::projector::Projection;
 use glam::Vec3;
+
+/// Work that a piece counts as, beside that of the points projected for it: it is drawn, too. About what the rasteriser
+/// takes for a triangle of some pixels.
+pub(in super::super) const WORK_A_PIECE: u64 = 20;
+
+/// Pieces are halved this many times at the most. A bound on time; chosen, not measured.
+pub(in super::super) const MAX_DEPTH: u32 = 80;
+
+/// Pairs of appearances at the ends of an edge that are compared, each with its rivals, in a unit of work.
+pub(in super::super) const COMPARISONS_A_UNIT: u32 = 2;
 
 /// Pieces that are thinner than this in all their pictures, in pixels, are left out: the edges beside them agree.
 /// Chosen, not measured.
 const THIN_PX: f32 = 0.02;
 
 /// True if a piece is so thin that nothing of it is seen, by its corners' appearances.
-pub(super) fn is_thin<'a>([a, b, c]: [Vec3; 3], appearances: impl Iterator<Item = &'a Projection>) -> bool {
+pub(in super::super) fn is_thin<'a>([a, b, c]: [Vec3; 3], appearances: impl Iterator<Item = &'a Projection>) -> bool {
     let sides = [c - b, a - c, b - a];
     let longest =
         (0..3).fold(0, |best, k| if sides[k].length_squared() > sides[best].length_squared() { k } else { best });
@@ -30,7 +39,7 @@ pub(super) fn is_thin<'a>([a, b, c]: [Vec3; 3], appearances: impl Iterator<Item 
 }
 
 /// Divides pieces until no edge needs it any more.
-pub(super) trait Division {
+pub(in super::super) trait Division {
     /// A corner of a piece.
     type Corner: Copy;
 

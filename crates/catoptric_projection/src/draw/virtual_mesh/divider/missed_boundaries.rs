@@ -4,11 +4,14 @@ use glam::Vec3;
 use std::collections::HashSet;
 
 /// The bits of a position: positions that are equal to the bit are one point.
-pub(super) type PointKey = [u32; 3];
+pub(in super::super) type PointKey = [u32; 3];
 
-pub(super) fn key(position: Vec3) -> PointKey {
+pub(in super::super) fn key(position: Vec3) -> PointKey {
     position.to_array().map(f32::to_bits)
 }
+
+/// An appearance that ends: from a point, towards another, where it appears at the first.
+pub(super) type EndKey = (PointKey, PointKey, [u32; 2]);
 
 /// An edge by its ends, in order.
 pub(super) type EdgeKey = [PointKey; 2];

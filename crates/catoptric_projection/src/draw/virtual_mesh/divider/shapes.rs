@@ -1,4 +1,4 @@
-//! Pieces of a triangle that wait for their division.
+//! Pieces of a triangle that wait for their division, and their corners.
 
 use glam::{Vec2, Vec3};
 use std::cmp::Ordering;
@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// A corner of a piece.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PieceCorner {
+pub(in super::super) struct PieceCorner {
     pub(super) position: Vec3,
     /// Weights of the source's second and third vertex.
     pub(super) weights: Vec2,
@@ -22,24 +22,65 @@ impl PieceCorner {
     }
 }
 
+/// A point of the source.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TracePlace {
+    pub(super) position: Vec3,
+    /// Weights of the source's second and third vertex.
+    pub(super) weights: Vec2,
+}
+
+impl TracePlace {
+    pub(super) fn of(corner: &PieceCorner) -> Self {
+        Self { position: corner.position, weights: corner.weights }
+    }
+
+    /// Half-way to another place.
+    pub(super) fn middle(&self, other: &Self) -> Self {
+        let position = (self.position + other.position) * 0.5;
+        Self { position, weights: (self.weights + other.weights) * 0.5 }
+    }
+
+    /// Where the line from here through `other` leaves a triangle that holds both; returns `None` if they coincide.
+    pub(super) fn beyond(&self, other: &Self, triangle: &[Self; 3]) -> Option<Self> {
+        let [a, b, c] = triangle.map(|corner| corner.weights);
+        let area = (b - a).perp_dot(c - a);
+        let shares = |at: Vec2| {
+            let (second, third) = ((at - a).perp_dot(c - a) / area, (b - a).perp_dot(at - a) / area);
+            Vec3::new(1.0 - second - third, second, third)
+        };
+        let (here, there) = (shares(self.weights), shares(other.weights));
+        // The first share that vanishes on the way.
+        let ends =
+            [0, 1, 2].map(|k: usize| if there[k] < here[k] { here[k] / (here[k] - there[k]) } else { f32::INFINITY });
+        let length = ends[0].min(ends[1]).min(ends[2]);
+        let at = here + (there - here) * length;
+        let mix = |[p, q, r]: [Vec3; 3]| p * at.x + q * at.y + r * at.z;
+        at.is_finite().then(|| Self {
+            position: mix(triangle.map(|corner| corner.position)),
+            weights: a * at.x + b * at.y + c * at.z,
+        })
+    }
+}
+
 /// A piece with what its edges ask for; edge `k` is opposite to corner `k`.
 #[derive(Clone, Copy)]
-pub(super) struct TrianglePiece<C> {
-    pub(super) corners: [C; 3],
+pub(in super::super) struct TrianglePiece<C> {
+    pub(in super::super) corners: [C; 3],
     /// Split priority of each edge.
-    pub(super) split_priority: [f32; 3],
-    pub(super) depth: u32,
+    pub(in super::super) split_priority: [f32; 3],
+    pub(in super::super) depth: u32,
 }
 
 /// A slender piece of four corners `a b c d`, long from `a` to `b` and from `d` to `c`.
 #[derive(Clone, Copy)]
-pub(super) struct Strip<C> {
-    pub(super) corners: [C; 4],
+pub(in super::super) struct Strip<C> {
+    pub(in super::super) corners: [C; 4],
     /// Split priorities of the sides `a b` and `d c`.
-    pub(super) sides: [f32; 2],
+    pub(in super::super) sides: [f32; 2],
     /// Split priorities of the ends `b c` and `d a`.
-    pub(super) ends: [f32; 2],
-    pub(super) depth: u32,
+    pub(in super::super) ends: [f32; 2],
+    pub(in super::super) depth: u32,
 }
 
 /// A piece or strip still to be divided.
@@ -51,13 +92,13 @@ struct QueuedPiece<C> {
     shape: PieceShape<C>,
 }
 
-pub(super) enum PieceShape<C> {
+pub(in super::super) enum PieceShape<C> {
     Triangle(TrianglePiece<C>),
     Strip(Strip<C>),
 }
 
 /// Pieces and strips still to be divided.
-pub(super) struct PieceQueue<C> {
+pub(in super::super) struct PieceQueue<C> {
     waiting: BinaryHeap<QueuedPiece<C>>,
     /// Number of those that have waited.
     count: u32,
@@ -70,12 +111,12 @@ impl<C> Default for PieceQueue<C> {
 }
 
 impl<C> PieceQueue<C> {
-    pub(super) fn push(&mut self, split_priority: f32, shape: PieceShape<C>) {
+    pub(in super::super) fn push(&mut self, split_priority: f32, shape: PieceShape<C>) {
         self.count += 1;
         self.waiting.push(QueuedPiece { split_priority, number: self.count, shape });
     }
 
-    pub(super) fn pop(&mut self) -> Option<PieceShape<C>> {
+    pub(in super::super) fn pop(&mut self) -> Option<PieceShape<C>> {
         self.waiting.pop().map(|piece| piece.shape)
     }
 }

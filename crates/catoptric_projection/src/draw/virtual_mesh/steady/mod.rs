@@ -6,101 +6,29 @@
 //! corners may come and go are left: they are divided further as the eye sees them, like triangles of their own; but
 //! for edges between steady corners, so that both of their sides agree.
 
-mod mesh;
+mod from_middle;
+mod making;
+mod meshes;
 mod search;
+mod source;
 
-pub use mesh::SteadyMeshes;
-pub(super) use search::{KnownPoints, SteadySearch};
+pub use meshes::SteadyMeshes;
+pub use source::{Steadiness, SteadyField, SteadyPath, SteadySource};
 
+use super::divider::{MissedBoundary, WORK_A_PIECE};
 use super::edge::EdgeRule;
-use super::{Ends, MeshQuality, MissedBoundary, PictureScale, VirtualMesh, VirtualObject, WORK_A_PIECE, WeldedObject};
-use crate::find::node_sightings::{MOST_NODES, NodeSightings};
-use crate::find::tetrahedron_form::{FormWeights, TetrahedronForm};
-use crate::find::work::SharedWork;
+use super::mesh::VirtualMesh;
+use super::object::VirtualObject;
+use super::quality::{Ends, MeshQuality};
+use super::weld::WeldedObject;
 use catoptric_core::clock::Stopwatch;
 use catoptric_core::progress::{Cancelled, Stage};
-use catoptric_core::scene::{PicturePoint, PreciseView};
-use catoptric_engine::method::projector::Projection;
+use catoptric_core::scene::PicturePoint;
 use catoptric_engine::raster::DrawTriangle;
-use glam::Vec3;
-use mesh::SteadyMesh;
+use making::steady_mesh;
+use meshes::SteadyMesh;
 use search::KnownPointsProjector;
 use std::sync::Arc;
-
-/// How a point appears wherever the eye is.
-pub enum Steadiness {
-    /// Once; with its appearance from the middle.
-    Shown(TetrahedronForm, Projection),
-    /// It appears nowhere.
-    Nowhere,
-    /// It may come and go, or appear several times; with what is known of its appearances from the middle.
-    Unsteady(Vec<Projection>),
-}
-
-/// Who finds out how points appear.
-pub trait SteadySource: Sync {
-    /// Where the eye is on a path; `None` where nothing is known to be steady.
-    fn on_path(&self, path: u32) -> Option<SteadyPath<'_>>;
-
-    /// What is known of all places at once where an object's points lie densely; nothing if there is too much work.
-    ///
-    /// # Errors
-    /// [`Cancelled`].
-    fn field(
-        &self,
-        at: &SteadyPath<'_>,
-        points: &[Vec3],
-        work: &SharedWork,
-        stage: &Stage<'_>,
-    ) -> Result<Option<Box<dyn SteadyField>>, Cancelled>;
-
-    /// How a point appears on a path.
-    fn steadiness(&self, at: &SteadyPath<'_>, point: Vec3) -> Steadiness;
-
-    /// What the nodes see of a point that appears once, wherever the eye is.
-    fn sightings(&self, at: &SteadyPath<'_>, point: Vec3) -> Option<NodeSightings>;
-
-    /// The same of the point half-way between two such points; `None` where these do not tell.
-    fn half_way(&self, at: &SteadyPath<'_>, ends: [(Vec3, &NodeSightings); 2]) -> Option<NodeSightings>;
-
-    /// How a point appears of which the nodes see this.
-    fn steadiness_of(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Steadiness;
-
-    /// The appearance from the eye of a point that appears once, to the bit where its polynomial has it.
-    fn seen(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Option<Projection>;
-}
-
-/// What the nodes see at places of a path, not only at single points.
-pub trait SteadyField: Sync {
-    /// What they see of a point; `None` where the field does not reach.
-    fn sightings(&self, point: Vec3) -> Option<NodeSightings>;
-}
-
-/// A path while the eye stays among some nodes.
-pub struct SteadyPath<'a> {
-    /// The path's number now.
-    pub path: u32,
-    /// Meshes that were made while the eye did.
-    pub meshes: &'a SteadyMeshes,
-    /// The path's number there.
-    pub kept_path: u32,
-    /// A place in the middle of the nodes.
-    pub middle: Vec3,
-    /// A picture from there that holds all of the mirror.
-    pub view_from_middle: PreciseView,
-    /// The scale of that picture.
-    pub scale_from_middle: PictureScale,
-    /// The nodes.
-    pub nodes: [Vec3; MOST_NODES],
-    /// The middle and the size of the mirror.
-    pub mirror: (Vec3, f32),
-    /// The eye's place among the nodes.
-    pub weights: FormWeights,
-    /// The picture that the eye sees.
-    pub view: PreciseView,
-    /// The scale of that picture.
-    pub scale: PictureScale,
-}
 
 /// What is steady of an object, as it is seen.
 pub(super) struct SteadyFrame<'a> {
@@ -140,10 +68,10 @@ impl<'a> SteadyPart<'a> {
         // Pieces on which appearances end are not steady.
         let quality = MeshQuality { picture: at.scale_from_middle, ends: Ends::Followed, ..*quality };
         let rule = EdgeRule::new(&quality, &object.last_reflector, object.scene_size);
-        let found = at.meshes.get((source, &at), object, rule, allowed, stage)?;
+        let found = steady_mesh((source, &at), object, rule, allowed, stage)?;
         let Some((mesh, work)) = found else { return Ok(Self::TooMuch) };
         let watch = Stopwatch::new();
-        let places = mesh.places(&at, stage)?;
+        let places = mesh.places(&at.weights, (&at.view, &at.scale), stage)?;
         let blend_ms = watch.elapsed_ms();
         // Where the mirror reaches behind the picture's plane, not everything is before it.
         let all_before = places.iter().all(|place| place.w > 0.0);

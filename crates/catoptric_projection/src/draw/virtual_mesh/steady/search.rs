@@ -1,18 +1,18 @@
 //! How points of an object appear, told by what is known beside them where that is possible.
 
-use super::{Steadiness, SteadyField, SteadyPath, SteadySource};
+use super::meshes::KnownPoints;
+use super::source::{Steadiness, SteadyField, SteadyPath, SteadySource};
 use crate::find::node_sightings::NodeSightings;
 use crate::find::work;
 use catoptric_engine::method::projector::{Projection, Projections, SpecularPath, VertexProjector};
 use glam::Vec3;
-use rustc_hash::FxHashMap;
 
 /// Work of a point that is interpolated.
 const WORK_IN_FIELD: u64 = 2;
 
 /// Finds out how points of an object appear on a path.
 #[derive(Clone, Copy)]
-pub(in super::super) struct SteadySearch<'a> {
+pub(super) struct SteadySearch<'a> {
     pub(super) source: &'a dyn SteadySource,
     pub(super) at: &'a SteadyPath<'a>,
     pub(super) field: Option<&'a dyn SteadyField>,
@@ -25,19 +25,19 @@ impl SteadySearch<'_> {
         Some(found)
     }
 
-    pub(in super::super) fn steadiness(&self, point: Vec3) -> Steadiness {
+    pub(super) fn steadiness(&self, point: Vec3) -> Steadiness {
         match self.in_field(point) {
             Some(found) => self.source.steadiness_of(self.at, &found),
             None => self.source.steadiness(self.at, point),
         }
     }
 
-    pub(in super::super) fn sightings(&self, point: Vec3) -> Option<NodeSightings> {
+    pub(super) fn sightings(&self, point: Vec3) -> Option<NodeSightings> {
         self.in_field(point).or_else(|| self.source.sightings(self.at, point))
     }
 
     /// The same half-way between two points.
-    pub(in super::super) fn half_way(&self, ends: [(Vec3, &NodeSightings); 2]) -> Option<(NodeSightings, Steadiness)> {
+    pub(super) fn half_way(&self, ends: [(Vec3, &NodeSightings); 2]) -> Option<(NodeSightings, Steadiness)> {
         work::add(WORK_IN_FIELD);
         let found = self.source.half_way(self.at, ends)?;
         Some((found, self.source.steadiness_of(self.at, &found)))
@@ -51,9 +51,6 @@ pub(in super::super) struct KnownPointsProjector<'a, P: ?Sized> {
     at: &'a SteadyPath<'a>,
     known: &'a KnownPoints,
 }
-
-/// Points that appear once, by the bits of their positions.
-pub(in super::super) type KnownPoints = FxHashMap<[u32; 3], NodeSightings>;
 
 impl<'a, P: ?Sized> KnownPointsProjector<'a, P> {
     /// By who projects other points.

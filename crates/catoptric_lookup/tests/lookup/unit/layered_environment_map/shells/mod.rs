@@ -2,5 +2,4 @@
 
 mod layers;
 mod merging;
-mod shell;
 mod viewpoints;

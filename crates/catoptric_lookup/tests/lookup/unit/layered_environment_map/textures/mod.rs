@@ -3,5 +3,4 @@
 mod bounds;
 mod depths;
 mod distances;
-mod texels;
 mod texture;
