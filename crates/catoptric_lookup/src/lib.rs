@@ -5,7 +5,7 @@ pub mod layered_environment_map;
 pub mod light_field;
 mod shared;
 
-/// For the tests of single parts alone: no promise is made of it.
+/// Parts for the tests of single parts only: they may change at any time.
 #[doc(hidden)]
 pub mod parts {
     pub use crate::layered_environment_map::bake::stored::{face_texels, shells_of_bytes, shells_to_bytes, texels_of};

@@ -12,7 +12,7 @@ pub mod reflector_search;
 pub mod sample_based_camera;
 mod virtual_object_method;
 
-/// For the tests of single parts alone: no promise is made of it.
+/// Parts for the tests of single parts only: they may change at any time.
 #[doc(hidden)]
 pub mod parts {
     pub use crate::draw::flat_mirrors::Mirrors;

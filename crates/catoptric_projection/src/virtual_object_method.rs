@@ -37,10 +37,12 @@ pub(crate) trait VirtualObjectMethod: Clone + Send + Sync + 'static {
         LONGEST_EDGE
     }
 
-    /// Builds what no view changes, for paths of up to `order` bounces; `old` is of the same reflectors.
+    /// Builds the data that does not depend on the view, for paths of up to `order` bounces; `old` is of the same
+    /// reflectors.
     fn pictures(&self, meshes: &[ReflectorMesh], order: u32, old: Option<&Self::Pictures>) -> Self::Pictures;
 
-    /// Returns what makes the locators of the rays of a view; that returns `None` where nothing can appear by the rays.
+    /// Returns a function that makes the locators of the rays of a view; it returns `None` where nothing can appear by
+    /// the rays.
     fn locators<'a>(
         &'a self,
         scene: &'a Scene,
@@ -60,7 +62,7 @@ pub(crate) trait VirtualObjectMethod: Clone + Send + Sync + 'static {
 
 /// The reflectors of a scene as meshes.
 pub(crate) struct Reflectors<M: VirtualObjectMethod> {
-    /// One for each specular object, in the order of [`Reflector::index`].
+    /// The mesh of each specular object, in the order of [`Reflector::index`].
     pub(crate) meshes: Arc<Vec<ReflectorMesh>>,
     pub(crate) pictures: M::Pictures,
     /// The hierarchy over reflectors and lenses, if there are lenses.

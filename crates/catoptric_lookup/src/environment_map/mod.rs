@@ -1,4 +1,4 @@
-//! Environment maps: what engines use today.
+//! Environment maps, as engines use them today.
 //!
 //! See this folder's `README.md`.
 
@@ -66,7 +66,7 @@ struct PreparedMaps {
     report: Report,
 }
 
-/// One view.
+/// A frame: the prepared method for one view.
 struct MapsFrame<'a> {
     prepared: &'a PreparedMaps,
     view: View,
@@ -159,7 +159,7 @@ impl Frame for MapsFrame<'_> {
         draw(&Job { scene, view: &self.view, quality: *quality, progress }, maps, |_| true, target)
     }
 
-    /// Paths have one bounce: what a map shows is looked up as what is infinitely far, or on the proxy, is.
+    /// Paths have one bounce: the contents of a map are looked up as if they were infinitely far, or on the proxy.
     fn overlay(&self, kind: OverlayKind, progress: &dyn Progress) -> Result<Option<Overlay>, RenderError> {
         if kind != OverlayKind::Paths {
             return Ok(None);

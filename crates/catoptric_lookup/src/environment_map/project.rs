@@ -1,9 +1,9 @@
-//! Where environment maps show scene points: the look-up turned round.
+//! The places where environment maps show scene points: the inverse of the look-up.
 //!
 //! A map that was captured at a centre shows a point in the direction from there. A reflector shows it wherever the ray
 //! that leaves it reads that direction: with the surround at infinity where the ray has the direction, with a parallax
-//! proxy where the ray meets the proxy at the place that lies in the direction. So a point is seen where another
-//! point, its *stand-in* there, would truly be reflected, and what finds true reflections finds it.
+//! proxy where the ray meets the proxy at the place that lies in the direction. A point is therefore seen where another
+//! point, its *stand-in* there, would truly be reflected, and a search for true reflections finds it.
 
 use super::{EnvironmentMapSettings, Source};
 use catoptric_core::scene::{Ray, Scene};
@@ -14,14 +14,15 @@ use glam::{DVec3, DVec4};
 /// The weight of points at infinity, an inverse distance in scene units: solvers take finite points.
 const INFINITY_WEIGHT: f64 = 1e-9;
 
-/// What lies this share of its distance in front of a point does not hide it: surfaces are off by rounding.
+/// The distance in front of a point, as a share of its distance, within which surfaces do not hide it: they are off by
+/// rounding.
 const TOUCHING: f32 = 1e-3;
 
 /// The places of a scene's environment maps, without their contents.
 pub struct MapPlaces {
-    /// For every object the map, and the objects that it does not show.
+    /// The map of every object, and the objects that the map does not show.
     maps: Vec<Option<(ReflectorCubeMap, Vec<u32>)>>,
-    /// Nothing of the scene is shown but what is infinitely far.
+    /// True if nothing of the scene is shown but what is infinitely far.
     is_empty: bool,
 }
 
@@ -50,8 +51,8 @@ impl MapPlaces {
         Some((direction + center * INFINITY_WEIGHT).extend(INFINITY_WEIGHT))
     }
 
-    /// The angle between `point` and what a ray reads that leaves an object from `position`, as seen from the map's
-    /// centre, in radians: 0 where the map shows the point. A stand-in fails where a place of the reflector lies
+    /// The angle at the map's centre between `point` and the direction that a ray leaving an object from `position`
+    /// looks up, in radians: 0 where the map shows the point. A stand-in fails where a place of the reflector lies
     /// outside the parallax proxy, which is grown there.
     pub fn angle_missed(&self, object: u32, position: DVec3, direction: DVec3, point: DVec3) -> Option<f64> {
         let (map, _) = self.map(object)?;

@@ -1,5 +1,5 @@
-//! What layered environment maps are made of, as pictures: the adaptive mesh, what pictures show of each layer, and the
-//! layers inferred from that (Hakura, Snyder 2001, figures 5 and 7).
+//! Pictures of the parts of layered environment maps: the adaptive mesh, the picture of each layer, and the layers
+//! inferred from that (Hakura, Snyder 2001, figures 5 and 7).
 
 use super::inference::Inference;
 use super::mesh::{self, AdaptiveMesh, Criteria};
@@ -15,18 +15,17 @@ use catoptric_engine::optics::path::bundle::BounceKind;
 use catoptric_engine::raster::{self, Fragment, LookShader, ShadingRequest};
 use glam::Vec3;
 
-/// How much darker each division of a triangle is shown.
+/// The factor by which each division of a triangle is shown darker.
 const DARKER: f32 = 0.6;
 
 /// A layer of one viewpoint, as inferred. Pictures have linear colours times opacity, and opacity.
 #[derive(Clone, Debug)]
 pub struct InferredLayer {
-    /// Its shell's kind, as in reports.
+    /// The kind of its shell, as in reports.
     pub shell: &'static str,
-    /// What the group shows of the layer by the path that is reflected first, traced: a right-hand side of the
-    /// equations.
+    /// The group's traced picture of the layer by the path that is reflected first: a right-hand side of the equations.
     pub reflected: Framebuffer,
-    /// The same by the path that is refracted first.
+    /// The same picture by the path that is refracted first.
     pub refracted: Framebuffer,
     /// The finest level of the texture that is inferred from both: a square; or the faces of a cube, three above three
     /// (+x, -x, +y, then -y, +z, -z).

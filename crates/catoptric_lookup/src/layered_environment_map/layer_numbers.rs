@@ -1,4 +1,4 @@
-//! Which layer a pixel is looked up in, for an overlay.
+//! An overlay that shows the layer that each pixel is looked up in.
 
 use super::lookup::{LensShader, Waiting};
 use super::textures::maps;
@@ -8,7 +8,7 @@ use catoptric_engine::raster::{Fragment, FragmentShader, LayerSurface};
 use glam::{Vec2, Vec3};
 
 /// Gives fragments of reflectors and lenses the number of the layer that shows there as a colour: 1 is the nearest one,
-/// and what shows none has one more than all layers.
+/// and fragments that show none have one more than all layers.
 pub(super) struct LayerNumbers<'a, 's>(pub(super) &'a LensShader<'s>);
 
 /// Stands for the background.

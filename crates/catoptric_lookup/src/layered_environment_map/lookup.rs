@@ -32,7 +32,7 @@ pub(super) struct LensShader<'a> {
 /// A ray that leaves a group.
 pub(super) struct DeferredLookUp {
     pub(super) group: usize,
-    /// What becomes of its light, and which fragment that is seen in.
+    /// The factor of its light, and the number of the fragment in which it is seen.
     pub(super) share: Vec3,
     fragment: usize,
 }
@@ -101,7 +101,7 @@ impl LensShader<'_> {
         let scene = self.scene;
         let point = &scene.drawn_point(surface.source, &surface.barycentrics, ray);
         let Some((paths, group)) = (self.lenses)(object) else {
-            // Nothing is reflected at order 0.
+            // At order 0 nothing is reflected.
             return FirstSurface::of(scene, point, ray.direction, |_| None).own;
         };
         let blend = self.mesh.blend(surface);
@@ -167,7 +167,7 @@ impl LensShader<'_> {
         })
     }
 
-    /// Adds what was still to be looked up.
+    /// Adds the deferred look-ups.
     #[inline(always)] // for the instructions of its caller
     fn add(&self, waiting: &Waiting, colors: &mut [Vec3]) {
         for DeferredLookUps { list, rays } in waiting {

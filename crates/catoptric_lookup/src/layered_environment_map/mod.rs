@@ -1,4 +1,4 @@
-//! Layered environment maps: paths among reflectors and lenses are traced alone, and what is around them is looked up
+//! Layered environment maps: paths among reflectors and lenses are traced alone, and their surroundings are looked up
 //! in layers.
 //!
 //! See this folder's `README.md`.
@@ -86,7 +86,7 @@ pub static INFO: MethodInfo = MethodInfo {
 /// measured.
 const MAX_KEPT: usize = 8;
 
-/// Texels a side that textures have at least, unless fewer are wanted: a bound on what is made smaller. Chosen, not
+/// Texels a side that textures have at least, unless fewer are wanted: a bound on automatic reduction. Chosen, not
 /// measured.
 const MIN_SIZE: u32 = 64;
 
@@ -97,7 +97,7 @@ struct LayeredEnvironmentMap {
 /// The layers of a scene, and those of the viewpoints of the views so far.
 pub struct LayeredMaps {
     wanted: LayeredEnvironmentMapSettings,
-    /// Those of the layers that there are.
+    /// The settings of the present layers.
     settings: LayeredEnvironmentMapSettings,
     scene: Arc<Scene>,
     quality: Quality,
@@ -112,7 +112,7 @@ pub struct LayeredMaps {
     report: Report,
 }
 
-/// One view.
+/// A frame: the prepared method for one view.
 struct LayersFrame<'a> {
     prepared: &'a LayeredMaps,
     view: View,
@@ -357,8 +357,7 @@ impl LayeredMaps {
         }
         if inferred > 0 {
             report.counts.insert("viewpoints_inferred", inferred);
-            // What pictures of the worst layer are still off by, the root of the mean square in millionths of the
-            // radiance 1.
+            // The remaining error of pictures of the worst layer, as root mean square in millionths of the radiance 1.
             report.counts.insert("worst_residual_millionths", (worst * 1e6).round() as u64);
             report.stages_ms.push(("infer", watch.lap_ms()));
         }
@@ -410,7 +409,7 @@ impl Frame for LayersFrame<'_> {
 }
 
 impl LayersFrame<'_> {
-    /// What is drawn, and the adaptive mesh in it.
+    /// The lists that are drawn, and the adaptive mesh in them.
     fn lists(&self, job: &Job<'_>) -> Result<(Vec<DrawList>, AdaptiveMesh), RenderError> {
         let LayeredMaps { settings, known, .. } = self.prepared;
         let paths = |object: u32| known.paths(job.scene, object);

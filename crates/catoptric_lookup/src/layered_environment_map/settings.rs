@@ -171,7 +171,7 @@ declare_settings! {
 const SIZE_FOR_ALL_VIEWS: u32 = 256;
 
 impl LayeredEnvironmentMapSettings {
-    /// The same with a size.
+    /// These settings with a size of textures.
     pub(super) fn sized(&self) -> Self {
         Self { size: if self.size == 0 { SIZE_FOR_ALL_VIEWS } else { self.size }, ..self.clone() }
     }

@@ -1,4 +1,4 @@
-//! Simple surfaces that stand in for what is around reflectors.
+//! Simple surfaces that stand in for the surroundings of reflectors.
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3, Mat3, Vec2, Vec3};
 /// Simple shape that approximates a layer, about a centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shell {
-    /// All around; looked up by the direction from the centre.
+    /// A shape all around; looked up by the direction from the centre.
     Around(ParallaxProxy),
     /// A rectangle.
     Quad(Quad),
@@ -26,9 +26,9 @@ pub struct Quad {
     pub middle: Vec3,
     /// Unit, away from the centre.
     pub normal: Vec3,
-    /// From the middle to the right edge.
+    /// The vector from the middle to the right edge.
     pub right: Vec3,
-    /// From the middle to the upper edge.
+    /// The vector from the middle to the upper edge.
     pub up: Vec3,
 }
 
@@ -49,8 +49,8 @@ impl<const LANES: usize> RayLanes<LANES> {
         Self { origins, directions, moved: [Vec3Lanes::ZERO; 2], turned: [Vec3Lanes::ZERO; 2] }
     }
 
-    /// Makes them what they are where everything is smaller by these shares about the centre: they meet there a shell
-    /// where they meet here one that is larger.
+    /// Scales the rays about the centre by the inverse of these shares: they then meet the shell where they met a shell
+    /// that is larger by the shares.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn shrink(&mut self, shares: &Lanes<LANES>) {
         let growth = inverse(shares);
@@ -72,8 +72,8 @@ impl<const LANES: usize> RayLanes<LANES> {
         places
     }
 
-    /// How far neighbouring rays (to the right, below) pass their places at distances along them, across the directions
-    /// of these from the centre.
+    /// The distances at which neighbouring rays (to the right, below) pass the places at distances along the rays,
+    /// measured across the places' directions from the centre.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn widths(&self, distances: &Lanes<LANES>, places: &Vec3Lanes<LANES>) -> [Lanes<LANES>; 2] {
         let mut widths = [Lanes::ZERO; 2];
@@ -88,7 +88,7 @@ impl<const LANES: usize> RayLanes<LANES> {
         widths
     }
 
-    /// Makes them what they are from places further along them, back the other way, where that is asked for.
+    /// Reverses rays, where wanted, to start at places further along them.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn turn_round(&mut self, is_turned: &[bool; LANES], distances: &Lanes<LANES>) {
         let further = self.at(distances);
@@ -133,10 +133,10 @@ const QUAD_CONE: f32 = 0.5;
 /// its texels. Chosen, not measured.
 const QUAD_ADVANTAGE: f32 = 0.01;
 
-/// How much of a quad's size is added around it. Chosen, not measured.
+/// The margin around a quad, as a share of its size. Chosen, not measured.
 const QUAD_MARGIN: f32 = 0.05;
 
-/// What is seen is held to be no more oblique than this, as a ratio of a footprint's lengths. Chosen, not measured.
+/// The greatest obliqueness that is assumed of surfaces, as a ratio of a footprint's lengths. Chosen, not measured.
 const MAX_OBLIQUE: f32 = 8.0;
 
 /// Steps in which points find the sides of a box or cylinder that they belong to. Chosen, not measured.
@@ -194,7 +194,8 @@ impl Shell {
         }
     }
 
-    /// Where places are looked up as they are seen from the centre: directions of any length, or places of a square.
+    /// The coordinates by which places are looked up, seen from the centre: directions of any length, or places of a
+    /// square.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn seen_at<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> Vec3Lanes<LANES> {
         match self {
@@ -203,7 +204,7 @@ impl Shell {
         }
     }
 
-    /// How far rays go until they leave it where it is grown by shares about the centre.
+    /// The distances along rays at which they leave the shell, scaled about the centre by shares.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn distances_grown<const LANES: usize>(
         &self,
@@ -214,7 +215,7 @@ impl Shell {
         self.distances(&origins, &rays.directions) * *shares
     }
 
-    /// By what shares it is to be grown about the centre to go through places.
+    /// The factors that scale the shell about the centre so that it goes through places.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn shell_scale<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> Lanes<LANES> {
         match self {
@@ -238,8 +239,8 @@ impl Shell {
         Footprints { places, changes }
     }
 
-    /// Moves footprints of what surrounds the centre to where places are seen from there, and limits them to what
-    /// surfaces show that are not too oblique, by how far neighbours pass the places.
+    /// Moves footprints on shells around the centre to the places as seen from there, and limits them, by the distances
+    /// at which neighbours pass the places, to those of surfaces that are not too oblique.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn hold_at<const LANES: usize>(
         &self,
@@ -263,7 +264,8 @@ impl Shell {
         }
     }
 
-    /// How far from `places`, where rays look it up, their neighbours do: to the right (0) or down (1).
+    /// The difference between `places`, where rays look the shell up, and those of their neighbours: to the right (0)
+    /// or down (1).
     #[inline(always)] // for the instructions of its caller
     fn change<const LANES: usize>(
         &self,
@@ -283,7 +285,7 @@ impl Shell {
         changes - *places
     }
 
-    /// How far rays (by their origins and directions) go until they meet the shell.
+    /// The distances along rays (by their origins and directions) at which they meet the shell.
     #[inline(always)] // for the instructions of its caller
     fn distances<const LANES: usize>(&self, origins: &Vec3Lanes<LANES>, directions: &Vec3Lanes<LANES>) -> Lanes<LANES> {
         match self {
@@ -299,7 +301,7 @@ impl Shell {
         }
     }
 
-    /// How far a ray goes until it meets the shell; infinite where it never does.
+    /// The distance along a ray at which it meets the shell; infinite if it never does.
     pub fn distance(&self, origin: Vec3, direction: Vec3) -> f32 {
         match self {
             Self::Around(surround) => surround.distance(Vec3::ZERO, origin, direction),
@@ -326,7 +328,7 @@ impl Shell {
         (squares.sum::<f64>() / points.len().max(1) as f64).sqrt() as f32
     }
 
-    /// Its kind, in reports.
+    /// The name of its kind, in reports.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Around(ParallaxProxy::Infinite) => "infinite_shells",
@@ -390,10 +392,10 @@ fn cylinder(points: &[Vec3]) -> ParallaxProxy {
 }
 
 impl Quad {
-    /// In the plane that comes nearest to the points, and as wide as they are seen from the centre. None where they are
-    /// all around it.
+    /// Fits a rectangle in the plane that comes nearest to the points, as wide as they are seen from the centre. `None`
+    /// if they are all around it.
     fn fit(points: &[Vec3]) -> Option<Self> {
-        // The plane n . p = 1: what it is off by is relative to its own distance.
+        // The plane is n . p = 1: errors are relative to its own distance.
         let sum: DVec3 = points.iter().map(|point| point.as_dvec3()).sum();
         let spread = points.iter().map(|point| point.as_dvec3()).fold(DMat3::ZERO, |spread, point| {
             spread + DMat3::from_cols(point * point.x, point * point.y, point * point.z)
@@ -410,7 +412,7 @@ impl Quad {
         let right = aside.cross(normal).normalize();
         let axes = Mat3::from_cols(right, normal.cross(right), normal);
         let depth = sum.as_vec3().dot(normal) / points.len() as f32;
-        // From the centre, points are seen at these places of the plane.
+        // The places of the plane at which points are seen from the centre.
         let seen = |point: &Vec3| {
             let place = axes.transpose() * *point;
             Vec3::new(place.x, place.y, 0.0) * (depth / place.z)

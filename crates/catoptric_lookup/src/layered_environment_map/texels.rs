@@ -14,11 +14,11 @@ use std::ops::Range;
 /// Chosen, not measured.
 const MAX_ANISOTROPY: f32 = 4.0;
 
-/// Where look-ups are (unit directions, or places of a square), and how that changes from pixel to pixel: right, then
+/// The places of look-ups (unit directions, or places of a square), and their changes from pixel to pixel: right, then
 /// down.
 #[derive(Clone, Copy, Debug)]
 pub struct Footprints<const LANES: usize> {
-    /// Where they are.
+    /// The places.
     pub places: Vec3Lanes<LANES>,
     /// The changes of their places from pixel to pixel.
     pub changes: [Vec3Lanes<LANES>; 2],
@@ -34,7 +34,7 @@ pub struct TexelTaps {
 }
 
 impl TexelTaps {
-    /// Each texel with its weight; none that counts nothing.
+    /// Each texel with its weight, without those whose weight is 0.
     pub(crate) fn iter(self) -> impl Iterator<Item = (u32, f32)> {
         self.texels.into_iter().zip(self.weights).filter(|(_, weight)| *weight != 0.0)
     }
@@ -127,7 +127,7 @@ impl TexelLayout {
     }
 
     /// The texels that look-ups read, with their weights, which sum to one (less beyond a square's edges): trilinear
-    /// look-ups side by side along the longer axis of a footprint. What lanes read that are not wanted is left out.
+    /// look-ups side by side along the longer axis of a footprint. Lanes that are not wanted read nothing.
     #[inline(always)] // for the instructions of its caller
     pub fn taps<const LANES: usize>(
         &self,
@@ -150,7 +150,7 @@ impl TexelLayout {
         }
     }
 
-    /// How many texels of the finest level the narrower axis of a footprint is wide.
+    /// The width of a footprint's narrower axis, in texels of the finest level.
     pub(crate) fn width(&self, footprints: &Footprints<1>) -> f32 {
         let probes = ProbeRows::of(&footprints.changes, MAX_ANISOTROPY);
         texels_across(probes.spread[0], self.size, self.located(&footprints.places).secant2[0])
@@ -204,7 +204,7 @@ impl TexelLayout {
             for lane in 0..LANES {
                 let side = (self.size >> level[lane]) as f32;
                 let place = (located.at[axis][lane] + 1.0) * (0.5 * side) - 0.5;
-                // What is far beyond a square reads nothing; what is no number becomes the edge.
+                // Places far beyond a square read nothing; values that are not numbers become the edge.
                 let place = place.max(-2.0).min(side + 1.0);
                 let floor = (place + 2.0).floor();
                 low[axis][lane] = whole(floor) as i32 - 2;
@@ -257,7 +257,7 @@ impl TexelLayout {
         texels
     }
 
-    /// Which texels of the finest level places lie in, or are nearest to.
+    /// The texels of the finest level in which places lie, or to which they are nearest.
     #[inline(always)] // for the instructions of its caller
     pub fn in_texels<const LANES: usize>(&self, places: &Vec3Lanes<LANES>) -> InTexels<LANES> {
         let Located { face, at, .. } = self.located(places);

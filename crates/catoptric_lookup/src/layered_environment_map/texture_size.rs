@@ -1,4 +1,4 @@
-//! The size of textures by what a view reads of them.
+//! The size of textures by the texels that a view reads.
 //!
 //! Hakura, Snyder 2001, section 4.3, look for the most detailed level that test renderings access. Here rays of some
 //! pixels, each with its neighbours, are followed out of their group to the shells, before anything is captured.
@@ -17,14 +17,14 @@ use glam::Vec3;
 /// Sizes that are chosen: from here, since small textures take no time,
 const LEAST: u32 = 64;
 
-/// to here: a bound on the time of capturing, which grows with the square. Larger ones are worth it to who asks for
-/// them: with 1024 the pot of `colonnade` takes four times as long again. Chosen, not measured.
+/// to here: a bound on the time of capturing, which grows with the square. Larger ones can be asked for: with 1024 the
+/// pot of `colonnade` takes four times as long again. Chosen, not measured.
 const MOST: u32 = 512;
 
 /// Pixels along the longer side of a picture whose rays are followed. Chosen, not measured.
 const PROBES: u32 = 64;
 
-/// Of so large a share of the look-ups no texel is wider than what they read. The rest is magnified: look-ups in the
+/// The share of the look-ups for which no texel is wider than their footprint. The rest is magnified: look-ups in the
 /// middle of glass would ask for textures as large as they like. Chosen, not measured.
 const SHARP: f32 = 0.8;
 
@@ -42,7 +42,7 @@ pub(super) fn of_view(
         for x in (apart / 2..view.width).step_by(apart as usize) {
             let y = (row as u32 * apart + apart / 2).min(view.height - 1);
             for (group, ray, change) in leaving(known, scene, view, [x, y]) {
-                // What it meets first of all.
+                // The first surface that the ray meets.
                 let specs = &groups[group];
                 let mut met = None;
                 specs.each_first(&ray, specs.all(), |layer, hit| {
@@ -102,7 +102,7 @@ fn shell_of(known: &LayerGeometry, group: usize, layer: usize) -> Option<(&Shell
     Some((&stratum.shell, known.center_of(part)))
 }
 
-/// How many texels of the largest texture the narrower axis of a look-up's footprint is wide; with depths the shell is
+/// The width of the narrower axis of a look-up's footprint, in texels of the largest texture; with depths the shell is
 /// where the ray meets something.
 fn width(shell: &Shell, rays: &RayLanes<1>, distance: Option<f32>) -> f32 {
     let footprints = match distance.map(Lanes::splat) {

@@ -19,7 +19,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// The layout of a unit's bytes: texels or blocks of a row of views, then their parallaxes. Also how they are captured:
-/// it changes with what they hold.
+/// the version changes with the contents.
 const PAYLOAD_VERSION: u32 = 3;
 
 /// The names of slabs.
@@ -52,13 +52,13 @@ pub(super) struct SlabsWork<'a> {
 }
 
 impl<'a> SlabsWork<'a> {
-    /// With settings that are allowed.
+    /// The work for settings that are allowed.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where views are given that are not of the scene's region.
     pub(super) fn new(settings: &LightFieldSettings, scene: &'a Scene, quality: Quality) -> Result<Self, RenderError> {
         let regions = Regions::of(scene, settings.region_margin);
-        // Nothing of reflectors is seen at order 0.
+        // At order 0 no reflector is seen.
         let count = if quality.order == 0 { 0 } else { regions.boxes.len() };
         let layouts = regions.boxes[..count].iter().map(|region| FieldLayout::new(settings, *region));
         let layouts: Vec<FieldLayout> = layouts.collect();
@@ -112,7 +112,7 @@ impl<'a> SlabsWork<'a> {
         }
     }
 
-    /// For baking.
+    /// The work of a bake.
     ///
     /// # Errors
     /// [`RenderError::Limit`] where there is nothing to be baked.

@@ -33,12 +33,12 @@ pub(super) struct Capture<'a> {
     form: ViewForm,
     /// Samples a side of a pixel.
     samples: u32,
-    /// Specular events on what slabs show.
+    /// Specular events on paths that slabs show.
     order: u32,
 }
 
 impl<'a> Capture<'a> {
-    /// Of a scene without the reflectors and lenses that lie in the layout's region. What slabs show of others has up
+    /// A capture of a scene without the reflectors and lenses that lie in the layout's region. Others are seen with up
     /// to `order` specular events.
     pub(super) fn new(scene: &'a Scene, layout: &FieldLayout, samples: u32, order: u32) -> Self {
         let leaves = |object: u32| leaves(scene, object, layout.region());
@@ -70,7 +70,7 @@ impl<'a> Capture<'a> {
         PathTracer::new(self.scene, &self.tracer, PathModel::Tree, self.order)
     }
 
-    /// One row: that of a number, slab after slab.
+    /// Captures the row of a number, slab after slab.
     pub(super) fn row(&self, number: usize) -> ViewRow {
         let views = self.layout.views_in_row(number);
         let mut paths = self.paths();
@@ -147,9 +147,9 @@ impl<'a> Capture<'a> {
         }
     }
 
-    /// The mean radiance of a pixel's rays, by their places in it from 0 to 1, and the mean of one over the distances
-    /// of what they meet from the view's eye, in lengths of their directions, each no more than `most` in size; below 0
-    /// for what lies before that.
+    /// The mean radiance of a pixel's rays, by their places in it from 0 to 1, and the mean of the reciprocal distances
+    /// of their hits from the view's eye, in lengths of their directions, each no more than `most` in size; below 0 for
+    /// hits before the eye.
     fn pixel(&self, paths: &mut PathTracer<'_>, most: f32, sample: impl Fn(Vec2) -> SampleRay) -> (Vec3, f32) {
         let count = self.samples;
         let share = 1.0 / (count * count) as f32;
@@ -176,23 +176,24 @@ impl<'a> Capture<'a> {
 /// A ray of a view.
 struct SampleRay {
     eye: Vec3,
-    /// Its direction, of any length.
+    /// The direction, of any length.
     long: Vec3,
-    /// How far before the eye it is captured from, in lengths of the direction.
+    /// The distance before the eye from which the ray is captured, in lengths of the direction.
     back: f32,
-    /// How the direction turns from sample to sample.
+    /// The change of the direction from sample to sample.
     turned: [Vec3; 2],
 }
 
 impl Capture<'_> {
-    /// How far before the plane of views, along the axis, a ray is captured from. In a region that is given, whose
-    /// reflectors may move, where it leaves that. Else where it leaves the last reflector: rays that leave it meet none
-    /// of the region again. So what stands in a region, as the floor that a reflector sinks into, is seen where it
-    /// should be. Of rays that meet none, where they are nearest to the region's middle.
+    /// The distance before the plane of views, along the axis, from which a ray is captured. In a given region, whose
+    /// reflectors may move, this is the place where the ray leaves it. Otherwise it is where the ray leaves the last
+    /// reflector, since rays that leave it meet nothing of the region again: objects that stand in a region, as the
+    /// floor that a reflector sinks into, are then seen in their places. Rays that meet no reflector start where they
+    /// are nearest to the region's middle.
     fn start(&self, region: &Aabb, slab: &Slab, eye: Vec3, slope: Vec2, direction: Vec3, length: f32) -> f32 {
         let exit = slab.exit(region, eye, slope);
         let Some(reflectors) = &self.leaving else { return exit };
-        // From outside, so that none is missed that the region's side touches.
+        // The search starts outside, so that no reflector is missed that the region's side touches.
         let outside = exit - OUTSIDE * region.diagonal();
         let back = Ray { origin: eye - direction * (outside * length), direction: -direction };
         match reflectors.first_hit(self.scene, &back, 0.0) {
@@ -201,7 +202,7 @@ impl Capture<'_> {
         }
     }
 
-    /// How far before a view of the region's box, in lengths of its direction, a ray is captured from: as
+    /// The distance before a view of the region's box, in lengths of its direction, from which a ray is captured: like
     /// [`Self::start`], but 0 in a region that is given, whose reflectors may move.
     fn start_in_box(&self, region: &Aabb, eye: Vec3, long: Vec3) -> f32 {
         let Some(reflectors) = &self.leaving else { return 0.0 };
@@ -211,7 +212,7 @@ impl Capture<'_> {
         if let Some(hit) = reflectors.first_hit(self.scene, &back, 0.0) {
             return (hit.distance() / length - outside).max(0.0);
         }
-        // Where it enters the box; axes that the ray is across are at infinities, or no numbers along a side.
+        // The ray enters the box here; axes that the ray is across are at infinities, or no numbers along a side.
         let (one, other) = ((eye - region.min) / long, (eye - region.max) / long);
         let entry = one.max(other).min_element();
         let nearest = (eye - region.center()).dot(long) / long.length_squared();
@@ -220,8 +221,8 @@ impl Capture<'_> {
 }
 
 impl Slabs {
-    /// Captures what arrives at a region of a scene, without the reflectors and lenses that lie in it. Others are seen
-    /// with up to `order` specular events.
+    /// Captures the light that arrives at a region of a scene, without the reflectors and lenses that lie in it. Others
+    /// are seen with up to `order` specular events.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where a setting is not allowed, [`RenderError::Limit`] where the region has no size

@@ -22,7 +22,7 @@ use catoptric_engine::method::{Quality, Report, Settings, report};
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Pixels a side that views have at least, unless fewer are wanted: a bound on what is made smaller. Chosen, not
+/// Pixels a side that views have at least, unless fewer are wanted: a bound on automatic reduction. Chosen, not
 /// measured.
 const MIN_UV: u32 = 16;
 
@@ -39,19 +39,19 @@ pub struct LightFields {
     pub(super) maps: ReflectorMaps,
 }
 
-/// A region with what is in it.
+/// A region's light field, and the ways of rays within the region.
 pub(super) struct FieldRegion {
     pub(super) slabs: Arc<Slabs>,
     pub(super) inside: Inside,
 }
 
-/// How rays get from a region's surfaces out of it.
+/// The ways of rays from a region's surfaces out of it.
 pub(super) enum Inside {
-    /// By one event.
+    /// One event.
     First,
-    /// By paths that are traced among its reflectors and lenses.
+    /// Paths that are traced among its reflectors and lenses.
     Traced(Tracer),
-    /// By rays that were traced and kept.
+    /// Rays that were traced and kept.
     Stored(RayTransfer),
 }
 

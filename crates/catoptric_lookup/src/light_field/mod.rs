@@ -1,4 +1,4 @@
-//! Environment light-field slabs: what arrives at a region, by all rays.
+//! Environment light-field slabs: the light that arrives at a region, along all rays.
 //!
 //! See this folder's `README.md`.
 
@@ -65,8 +65,8 @@ pub static INFO: MethodInfo = MethodInfo {
     },
 };
 
-/// The manifest of views that another renderer is to make of a scene, with the camera of each: what the setting `views`
-/// names once they are there.
+/// The manifest of views that another renderer is to make of a scene, with the camera of each: the file that the
+/// setting `views` names once the views exist.
 ///
 /// # Errors
 /// [`RenderError::Limit`] where the scene has no region and no reflector, [`RenderError::Setting`] where it has
@@ -92,7 +92,7 @@ struct PreparedFields {
     report: Report,
 }
 
-/// One view.
+/// A frame: the prepared method for one view.
 struct FieldsFrame<'a> {
     prepared: &'a PreparedFields,
     view: View,
@@ -191,7 +191,7 @@ impl FieldsFrame<'_> {
     }
 }
 
-/// All that a view shows.
+/// The shader of a view.
 struct FieldShader<'a> {
     fields: &'a LightFields,
     /// Slabs that replace the scene behind reflectors.

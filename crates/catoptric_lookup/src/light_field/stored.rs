@@ -21,7 +21,7 @@ pub(super) fn stored_radiance(
 ) -> Vec3 {
     let point = &encounter.point;
     let leaving = |first: BounceKind| transfer.look_up(point.position, -ray.direction, first);
-    // Light; the footprint is the difference to what leaves for the next pixels.
+    // The arriving light; the footprint is the difference to the leaving rays of the next pixels.
     let arriving = |first: BounceKind, lobe: Option<RoughLobe>| {
         let leaving = leaving(first)?;
         let beside = |moved: Vec3, turned: Vec3| {

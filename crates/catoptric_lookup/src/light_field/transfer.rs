@@ -1,5 +1,5 @@
-//! Which ray leaves a region for one that enters it: a second light field, of rays in place of light (Heidrich, Lensch,
-//! Cohen, Seidel 1999, Light field techniques for reflections and refractions).
+//! The mapping from rays that enter a region to rays that leave it: a second light field, of rays in place of light
+//! (Heidrich, Lensch, Cohen, Seidel 1999, Light field techniques for reflections and refractions).
 
 use super::layout::{across, along};
 use super::slabs::texels::{packed, unpacked};
@@ -19,7 +19,7 @@ const FRAMES: usize = 6;
 /// widths: rays through that cube within 45 degrees of the axis get no further aside.
 const HALF_ST: f32 = 2.0;
 
-/// The same of the plane through the middle, where the rays' pixels are.
+/// Half the width of the plane through the middle, where the rays' pixels are, in the same widths.
 const HALF_UV: f32 = 1.0;
 
 /// Places of the region are at least half a width before the plane of views; nearer ones are none of it. Chosen, not
@@ -27,7 +27,7 @@ const HALF_UV: f32 = 1.0;
 const MIN_AHEAD: f32 = 0.25;
 
 /// Rays whose directions are further apart than this (a cosine) have gone different ways and are not blended. Much less
-/// would tear what is seen near the rim of a ball, where neighbours are 30 degrees apart. Not measured beyond that.
+/// would tear the reflection near the rim of a ball, where neighbours are 30 degrees apart. Not measured beyond that.
 const APART: f32 = 0.3;
 
 /// Positions are kept from -1 to 1 in widths of the cube, directions as they are.
@@ -42,7 +42,7 @@ pub struct Leaving {
     pub share: Vec3,
 }
 
-/// One kept ray.
+/// A kept ray.
 #[derive(Clone, Copy, Debug)]
 struct TransferEntry {
     origin: [i16; 3],
@@ -51,7 +51,7 @@ struct TransferEntry {
     share: u32,
 }
 
-/// No share is as large.
+/// A value that no share has.
 const MISSED: u32 = u32::MAX;
 
 impl TransferEntry {
@@ -69,8 +69,8 @@ pub struct RayTransfer {
     /// Views a side, and pixels a side of each.
     st: u32,
     uv: u32,
-    /// Half the width of the plane of pixels: [`HALF_UV`], and as much as a view sees beyond that of what its
-    /// neighbours show.
+    /// Half the width of the plane of pixels: [`HALF_UV`] and a step between views, so that neighbouring views hold the
+    /// same places.
     half_uv: f32,
     /// Leaving rays of every ray: the one that is reflected first and, with lenses, the one that is refracted.
     ways: usize,
@@ -79,8 +79,8 @@ pub struct RayTransfer {
 }
 
 impl RayTransfer {
-    /// Of the reflectors and lenses that `tracer` knows, in a region, with paths of up to `order` events; `st` and `uv`
-    /// are at least 2.
+    /// Captures the rays through the reflectors and lenses that `tracer` knows, in a region, with paths of up to
+    /// `order` events; `st` and `uv` are at least 2.
     pub fn capture(
         scene: &Scene,
         tracer: &Tracer,
@@ -142,7 +142,7 @@ impl RayTransfer {
         Ray { origin, direction: along(axis, -sign, pixel - eye).normalize() }
     }
 
-    /// Appends what becomes of a ray.
+    /// Appends the entries of a ray.
     fn push(&self, paths: &TwoPathTracer<'_>, ray: &Ray, entries: &mut Vec<TransferEntry>) {
         let Some(hit) = paths.tracer.first_hit(paths.scene, ray, 0.0) else {
             entries.resize(entries.len() + self.ways, TransferEntry::without_ray(MISSED));
@@ -163,8 +163,8 @@ impl RayTransfer {
         TransferEntry { origin, direction: kept(leaving.ray.direction), share: packed(leaving.share) }
     }
 
-    /// What becomes of a ray that meets a place of a region's surfaces on its way from `towards` (a unit direction), by
-    /// a first way; none where the rays about it were not kept, or carry nothing.
+    /// The leaving ray of a ray that meets a place of a region's surfaces on its way from `towards` (a unit direction),
+    /// by a first event; `None` where the rays about it were not kept, or carry nothing.
     ///
     /// The four views about the ray are asked for the pixels where they see that place, as if it were a focal surface;
     /// those that see no surface do not count, and the others count by their shares in the blend.
@@ -226,7 +226,7 @@ impl RayTransfer {
             let corner = Vec2::new((view & 1) as f32, (view >> 1) as f32);
             let weight = share_of(part, corner);
             let eye = self.view_at(low + corner);
-            // On from the view through the place, to the plane of pixels.
+            // The line from the view through the place goes on to the plane of pixels.
             let pixel = eye + (aside - eye) / ahead;
             let uv = (pixel + self.half_uv) * ((self.uv - 1) as f32 / (2.0 * self.half_uv));
             if !(uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::splat((self.uv - 1) as f32)).all()) {

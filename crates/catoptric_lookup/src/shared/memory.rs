@@ -6,8 +6,8 @@ use catoptric_engine::error::RenderError;
 const MAX_BYTES: u64 = 16 << 30;
 
 /// # Errors
-/// [`RenderError::Limit`] where a table is larger than most machines' memory; `remedy` is what can be done but choose
-/// smaller sizes.
+/// [`RenderError::Limit`] where a table is larger than most machines' memory; `remedy` says what the user can do beside
+/// choosing smaller sizes.
 pub(crate) fn fit_into_memory(method: &'static str, table: &str, bytes: u64, remedy: &str) -> Result<(), RenderError> {
     if bytes <= MAX_BYTES {
         return Ok(());

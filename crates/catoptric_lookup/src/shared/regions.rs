@@ -7,20 +7,21 @@ use glam::Vec3;
 /// Boxes are no flatter than this share of their diagonal. Chosen, not measured.
 const MIN_DEPTH: f32 = 0.02;
 
-/// No more regions than this: what is around each is captured. A bound on time and memory; chosen, not measured.
+/// The maximum number of regions: the surroundings of each are captured. A bound on time and memory; chosen, not
+/// measured.
 pub const MAX_REGIONS: usize = 4;
 
-/// More regions than this are captured with as many texels together, where nothing is baked. A bound on time and
-/// memory; chosen, not measured.
+/// The maximum number of regions with captures of full size; more share as many texels, where nothing is baked. A bound
+/// on time and memory; chosen, not measured.
 const MAX_FULL_REGIONS: usize = 2;
 
-/// Boxes of reflectors and lenses, and who is in which.
+/// Boxes of reflectors and lenses, and the box of each object.
 pub struct Regions {
     /// Their boxes.
     pub boxes: Vec<Aabb>,
     /// Boxes that do not overlap and have become one all the same, because there were too many.
     pub(crate) joined: u64,
-    /// Of every object of the scene.
+    /// The number of each object's region, for every object of the scene.
     pub region_of: Vec<Option<u32>>,
 }
 
@@ -63,7 +64,7 @@ pub(crate) fn is_within(scene: &Scene, object: u32, region: &Aabb) -> bool {
     bounds.min.cmpge(region.min - rounding).all() && bounds.max.cmple(region.max + rounding).all()
 }
 
-/// How far positions of an object may be off by rounding.
+/// A bound of the rounding error of an object's positions.
 fn rounding(bounds: &Aabb) -> f32 {
     64.0 * f32::EPSILON * bounds.center().abs().max_element()
 }
@@ -75,7 +76,7 @@ pub fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
         match (index + 1..boxes.len()).find(|other| overlap(&boxes[index], &boxes[*other])) {
             Some(other) => {
                 boxes[index] = boxes[index].union(boxes.swap_remove(other));
-                // It has grown: it may reach others now, also earlier ones.
+                // The box has grown: it may reach others now, also earlier ones.
                 index = 0;
             }
             None => index += 1,
@@ -84,11 +85,12 @@ pub fn merged(mut boxes: Vec<Aabb>) -> Vec<Aabb> {
     boxes
 }
 
-/// No more boxes than [`MAX_REGIONS`], of such that do not overlap: those whose union is smallest become one, with all
-/// that it reaches. The second value counts the boxes that others take in. Takes time with the square of their number.
+/// Joins boxes that do not overlap until there are at most [`MAX_REGIONS`]: those whose union is smallest become one,
+/// with all that it reaches. The second value counts the boxes that others take in. Takes time with the square of their
+/// number.
 pub fn few(mut boxes: Vec<Aabb>) -> (Vec<Aabb>, u64) {
     let mut left: Vec<bool> = vec![true; boxes.len()];
-    // For each the size of the smallest union, and with which.
+    // The size of the smallest union of each box, and the box that it is with.
     let nearest = |boxes: &[Aabb], left: &[bool], one: usize| -> (f32, usize) {
         let others = (0..boxes.len()).filter(|&other| other != one && left[other]);
         let unions = others.map(|other| (boxes[one].union(boxes[other]).diagonal(), other));
@@ -108,7 +110,7 @@ pub fn few(mut boxes: Vec<Aabb>) -> (Vec<Aabb>, u64) {
             boxes[one] = boxes[one].union(boxes[other]);
             left[other] = false;
             (count, joined) = (count - 1, joined + 1);
-            // It may reach others now.
+            // The union may reach others.
             next = (0..boxes.len()).find(|&other| other != one && left[other] && overlap(&boxes[one], &boxes[other]));
         }
         for other in (0..boxes.len()).filter(|&other| left[other]).collect::<Vec<_>>() {

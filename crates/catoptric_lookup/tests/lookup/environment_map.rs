@@ -56,7 +56,7 @@ fn box_parallax_is_exact_in_a_bare_box_and_infinity_is_not() {
 
 #[test]
 fn glass_by_environment_map_mixes_by_fresnel() {
-    // At the centre of the ball light is met straight on: 4 % are reflected, the rest goes on undeviated.
+    // Light is met straight on at the centre of the ball: 4 % are reflected, the rest goes on undeviated.
     let scene = ball_in_sky(Material::glass("glass", 1.5));
     let camera = Camera::look_at("", Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, Vec3::Y, 10.0);
     let view = scene.view(&camera, 1, 1);

@@ -52,7 +52,7 @@ fn an_adaptive_mesh_shows_what_tracing_every_fragment_does_with_a_tenth_of_the_r
 fn inferred_textures_beat_projected_ones_and_layers_beat_one_layer() {
     let scene = scene("sphere_room");
     let view = scene.default_view(160, 120);
-    // All on its shell, as in the paper.
+    // Without depths everything is on its shell, as in the paper.
     const SIZES: &str = "depth = false\nsize = 128\npicture_size = 192\nviewpoint_count = 12";
     let with = |settings: &str| flip(&format!("{SIZES}\n{settings}"), &scene, &view);
     let projected = with("");
@@ -81,7 +81,7 @@ fn texels_with_distances_show_things_at_their_places() {
 #[test]
 #[ignore = "slow: cargo xtask check-all --only slow"]
 fn what_pictures_do_not_show_is_there_for_the_views_beside_them() {
-    // From between two viewpoints, each of which was inferred alone.
+    // The eye is between two viewpoints, each of which was inferred alone.
     let scene = scene("sphere_room");
     let camera = scene.default_view(4, 3);
     let turn = Quat::from_rotation_y((0.5f32 * 30.0).to_radians());
@@ -131,8 +131,7 @@ fn groups_that_share_their_farthest_layer_show_about_what_they_show_without() {
         assert_eq!((apart.0.counts["lens_groups"], shared.0.counts["shared_layers"]), (2, 1));
         assert!(shared.0.counts["layers"] < apart.0.counts["layers"], "{:?}, {:?}", apart.0, shared.0);
         assert!(shared.0.bytes["layers"] < apart.0.bytes["layers"], "{:?}, {:?}", apart.0, shared.0);
-        // Where shells stand depends on the viewpoints that look for them: with 8 to 45 of these the difference is
-        // 0.009 to 0.014.
+        // The places of shells depend on the viewpoints: with 8 to 45 of these the difference is 0.009 to 0.014.
         assert!(shared.1 < apart.1 + 0.015, "{textures}: {}, {}", shared.1, apart.1);
     }
 }
@@ -190,7 +189,7 @@ fn bakes_of_any_bytes_give_pictures_of_numbers() {
         let mut units = good.clone();
         scrambled(&mut units[1..], 12);
         session(&units).unwrap().draw(&view).unwrap();
-        // What depths count from, and shells.
+        // The base of the depths is broken, too, and then the shells.
         scrambled(&mut units[1..], 0);
         assert!(refusal(session(&units)).contains("no depths"), "{textures}");
         units[1..].clone_from_slice(&good[1..]);
@@ -213,7 +212,8 @@ fn textures_are_as_large_as_a_view_reads_them() {
     assert!(first.picture.pixels == again.picture.pixels, "a picture depends on what was drawn before");
     let captures = [&first, &second, &again].map(|drawn| drawn.report.stages_ms.iter().any(|one| one.0 == "capture"));
     assert_eq!(captures, [true, true, false]);
-    // What is chosen is that size, and better than the next smaller ones.
+    // The chosen size gives the same picture as that size in the settings, and a better one than the next smaller
+    // sizes.
     let given = |size: u64| draw(ID, &format!("{fine}\nsize = {size}"), &scene, &large, quality).picture;
     assert!(given(texels[1]).pixels == second.picture.pixels, "{texels:?}");
     let truth = draw("reference", "paths = 'two_path'", &scene, &large, quality).picture;

@@ -66,7 +66,7 @@ fn finer_slabs_are_nearer_to_the_truth_and_beat_environment_maps() {
     let view = scene.default_view(120, 90);
     let flip = |settings: &str| error("light_field", settings, &scene, &view).flip_mean;
     let by_uv = [12, 24, 48].map(|uv| flip(&format!("st = 16\nuv = {uv}")));
-    // With these few views it is they that limit the last.
+    // With these few views their number limits the last one.
     assert!(by_uv[0] > 1.2 * by_uv[1] && by_uv[1] > 1.05 * by_uv[2], "{by_uv:?}");
     let by_st = [3, 6, 12].map(|st| flip(&format!("st = {st}\nuv = 36\ndisparity = 'plane'")));
     assert!(by_st[0] > 1.1 * by_st[1] && by_st[1] > 1.1 * by_st[2], "{by_st:?}");
@@ -79,10 +79,10 @@ fn finer_slabs_are_nearer_to_the_truth_and_beat_environment_maps() {
 fn traced_transfer_shows_glass_and_mirrors_in_each_other() {
     let quality = Quality { samples: 4, order: 2 };
     let mut mirrors = scene("two_spheres");
-    // Both in one region.
+    // Both objects are in one region.
     let bounds = mirrors.specular_objects().into_iter().map(|object| mirrors.objects[object as usize].bounds);
     mirrors.region = bounds.reduce(Aabb::union);
-    // The other sphere is a small part of what each shows.
+    // The other sphere is a small part of each reflection.
     for (name, scene, share) in [("glass_sphere", scene("glass_sphere"), 0.6), ("two_spheres", mirrors, 0.97)] {
         let view = scene.default_view(96, 72);
         let error = |transfer: &str| {
@@ -94,8 +94,8 @@ fn traced_transfer_shows_glass_and_mirrors_in_each_other() {
     }
 }
 
-/// Kept rays lead through glass where one bounce does not, and away from mirrors nearly as the law has them; what
-/// surfaces reflect and what they scatter is weighed as it is.
+/// Kept rays lead through glass where one bounce does not, and away from mirrors nearly as the law has them; reflected
+/// and scattered light keep their weights.
 #[test]
 #[ignore = "slow: cargo xtask check-all --only slow"]
 fn stored_transfer_needs_no_tracing_and_gets_better_with_more_rays() {
@@ -181,7 +181,7 @@ fn what_no_machine_could_hold_is_refused_before_it_is_begun() {
         let refused = refusal(Session::new("light_field", settings, &scene, quality));
         assert!(refused.contains("GiB of memory") && refused.contains("smaller"), "{refused}");
     }
-    // At order 0 nothing is kept in memory.
+    // Order 0 keeps nothing in memory.
     let quality = Quality { order: 0, ..quality };
     session("light_field", &format!("st = 256\nuv = 1024\n{LARGE_TRANSFER}"), &scene, quality);
 }
@@ -229,7 +229,7 @@ fn baked_views_on_the_box_draw_what_captured_ones_do() {
     }
 }
 
-/// Not decompressed: 738 MB of 32 x 32 views of 128 x 128 pixels are less than 120.
+/// Compressed views are not decompressed: 738 MB of 32 x 32 views of 128 x 128 pixels are less than 120.
 #[test]
 fn compressed_views_stay_so_in_memory() {
     let scene = scene("sphere_room?tess=12");
@@ -270,7 +270,7 @@ fn a_bake_of_other_sizes_is_refused() {
     assert!(Session::with_bake("reference", "", &scene, QUALITY, units).is_err());
 }
 
-/// The same scene with its ball elsewhere.
+/// A copy of the scene with its ball elsewhere.
 fn moved(scene: &Scene, by: Vec3) -> Scene {
     let mut moved = scene.clone();
     let object = &mut moved.objects[scene.specular_objects()[0] as usize];
@@ -298,7 +298,7 @@ fn reflectors_move_within_their_region_without_a_new_capture() {
     let [kept, anew] = [kept, session("light_field", settings, &elsewhere, QUALITY)]
         .map(|mut session| reflector_error(&session.draw(&view).unwrap().picture, &truth, &elsewhere, &view).flip_mean);
     assert_eq!(kept, anew, "the slabs are the same");
-    // Near the region's border, too, they are better than an environment map that is taken anew.
+    // Reflectors near the region's border, too, are better than an environment map that is taken anew.
     let map = error("environment_map", "", &elsewhere, &view).flip_mean;
     assert!(kept < 0.6 * map, "{kept}, environment map {map}");
 
@@ -311,7 +311,7 @@ fn reflectors_move_within_their_region_without_a_new_capture() {
     assert!(error.contains("one moment"), "{error}");
 }
 
-/// For an eye in the region slabs give the whole picture: nothing of the scene is drawn but the reflector.
+/// An eye in the region sees the whole picture in slabs: nothing of the scene is drawn but the reflector.
 #[test]
 fn an_eye_in_the_region_needs_no_scene() {
     let mut scene = mirror_before_a_wall();
@@ -329,7 +329,7 @@ fn an_eye_in_the_region_needs_no_scene() {
     let off = Comparison::new(&shown, &truth).unwrap().masked(&behind).unwrap().unwrap();
     assert!(off.flip_mean < 0.1 && off.rmse < 0.1, "{off:?}");
 
-    // From elsewhere the scene is drawn, and that is counted.
+    // An eye elsewhere sees the drawn scene, and that is counted.
     let mut away = view;
     away.world_from_view.translation += glam::Vec3A::Z;
     let report = session.draw(&away).unwrap().report;
@@ -407,7 +407,7 @@ fn views_made_elsewhere_show_what_captured_ones_do() {
     let units = baked("light_field", &with(""), &scene, QUALITY);
     assert!(from_bake(&with(""), &scene, units).unwrap().draw(&view).unwrap().picture.pixels == imported.pixels);
 
-    // By a hash that other programs can compute, too: of lengths and bytes, view after view.
+    // The hash is one that other programs can compute, too: of lengths and bytes, view after view.
     let mut hash = blake3::Hasher::new();
     for slab in ["px", "nx", "py", "ny", "pz", "nz"] {
         for (t, s) in (0..6).flat_map(|t| (0..6).map(move |s| (t, s))) {

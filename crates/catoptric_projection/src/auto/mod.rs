@@ -1,4 +1,4 @@
-//! A way to draw each reflector, chosen from what is exact and cheap for it.
+//! A method for each reflector, chosen among those that are exact and cheap for it.
 //!
 //! See this folder's `README.md`.
 
@@ -69,7 +69,7 @@ struct PreparedChoice {
     report: Report,
 }
 
-/// One view.
+/// A frame: the prepared method for one view.
 struct ChoiceFrame<'a> {
     prepared: &'a PreparedChoice,
     view: View,
@@ -105,7 +105,7 @@ impl PreparedChoice {
         progress: &dyn Progress,
     ) -> Result<Self, RenderError> {
         let mut watch = Stopwatch::new();
-        // Those with normal maps are as good as curved.
+        // Mirrors with normal maps are treated as curved.
         let mirrors = Mirrors::find_among(scene, |object| scene.material_of(object).turning_map().is_none());
         let mut report = Report { stages_ms: vec![("find_mirrors", watch.lap_ms())], ..Report::default() };
         let mut tiled = TiledScene::new(scene, old.map(|old| &old.tiled), &mut report, progress)?;
@@ -124,7 +124,7 @@ fn max_copies(scene: &Scene) -> usize {
     MAX_COPIED_TRIANGLES / scene.triangles.len().max(1)
 }
 
-/// What is chosen for every reflector and lens, and why.
+/// The method chosen for every reflector and lens, and the reason.
 fn choices(scene: &Scene, mirrors: &Mirrors, follows_lenses: bool) -> Vec<Choice> {
     let mut planes = vec![0u32; scene.objects.len()];
     for plane in &mirrors.planes {
@@ -189,7 +189,7 @@ impl Frame for ChoiceFrame<'_> {
 }
 
 impl ChoiceFrame<'_> {
-    /// What is seen directly, and in flat mirrors.
+    /// The lists of the direct view, and of the copies of the scene in flat mirrors.
     fn lists(&self, progress: &dyn Progress) -> Result<Vec<DrawList>, Cancelled> {
         let PreparedChoice { scene, quality, mirrors, follows_lenses, .. } = self.prepared;
         // Paths that have no copy are drawn by tiles.

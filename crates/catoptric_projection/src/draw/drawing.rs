@@ -24,8 +24,8 @@ pub fn draw_paths(
     draw_paths_with(job, paths, MapsInView::default(), target).map(|(report, _)| report)
 }
 
-/// As [`draw_paths`]; reflectors that have environment maps look these up, and no path goes on at them. Maps of far
-/// objects are seen behind paths. With what the shader has counted.
+/// Like [`draw_paths`], with environment maps: reflectors that have one look it up, and no path goes on at them; maps
+/// of far objects are seen behind paths. Also returns the counts of the shader.
 pub(crate) fn draw_paths_with(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,

@@ -1,4 +1,4 @@
-//! What has drawn the pixels of reflectors and lenses: counts for reports.
+//! Counts, for reports, of the pixels of reflectors and lenses by what has drawn them.
 //!
 //! A pixel is a reflector's if any of its samples shows a reflector or lens. It counts once, as drawn by
 //!
@@ -23,7 +23,7 @@ pub(crate) struct PixelsByOthers {
 #[derive(Debug, Default)]
 pub(super) struct ReflectorPixels {
     all: AtomicU64,
-    /// Those whose shader follows their rays.
+    /// Pixels whose shader traces their rays.
     followed: AtomicU64,
 }
 

@@ -18,16 +18,16 @@ use std::sync::Arc;
 /// Environment maps that take the place of projected geometry.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct MapsInView<'a> {
-    /// Those of reflectors at which no path goes on.
+    /// Environment maps of reflectors at which no path goes on.
     pub(crate) whole: Option<&'a ReflectorMaps>,
-    /// Those of objects that are far from a reflector, seen behind its paths.
+    /// Maps of the objects that are far from a reflector, seen behind its paths.
     pub(crate) far: Option<&'a FarMaps>,
 }
 
 /// The maps of a scene's reflectors and lenses, of the objects that are far from each.
 #[derive(Default)]
 pub(crate) struct FarMaps {
-    /// For every object of the scene.
+    /// The far map of every object of the scene, `None` where it has none.
     maps: Vec<Option<FarMap>>,
     captured_faces: u64,
     /// Maps with fewer texels than wanted, and reflectors whose far objects are projected for want of work.
@@ -42,7 +42,7 @@ struct FarMap {
     cube: Arc<CubeMap>,
 }
 
-/// All that a map depends on.
+/// Everything that a map depends on: it is kept while these are equal.
 #[derive(PartialEq)]
 struct MapSource {
     center: Vec3,
@@ -232,7 +232,7 @@ impl FarMap {
     }
 }
 
-/// Nothing reflects, and nothing is behind the objects.
+/// A shader without light: reflectors and the background are black.
 struct Black;
 
 impl ReflectorShader for Black {

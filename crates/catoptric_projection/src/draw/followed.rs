@@ -103,7 +103,7 @@ impl PathShader<'_> {
         (surface, bounce): (&LayerSurface, usize),
         ray: &Ray,
     ) -> Vec3 {
-        // How rays differ from pixel to pixel is not known here.
+        // The differentials of the rays are not known here.
         let change = RayDifferential::default();
         let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
         let order = order.saturating_sub(bounce as u32);
@@ -115,7 +115,7 @@ impl PathShader<'_> {
         sums[0].max(Vec3::ZERO)
     }
 
-    /// Where a ray meets the triangle that a surface shows, if it does.
+    /// The hit of a ray on the triangle that a surface shows, `None` if it passes beside the triangle.
     #[inline(always)]
     fn hit_within(&self, ray: &Ray, surface: &LayerSurface) -> Option<Hit> {
         let triangle = surface.source;
@@ -167,7 +167,7 @@ impl PathShader<'_> {
         let of_samples = sample_positions(samples).ok().filter(|_| is_all);
         let parts = of_samples.map_or(4, <[Vec2]>::len);
         let seen = (0..parts).map(|index| match of_samples {
-            // Where the reference has its rays, too: edges are smoother by these than by quarters.
+            // The reference has its rays at the samples, too: edges are smoother with these than with quarters.
             Some(positions) => met(part.at_sample(positions, index)).0,
             None => met(part.quarters()[index]).0,
         });

@@ -1,4 +1,4 @@
-//! From the geometry of paths to the rasteriser's lists: layers, stencils and groups.
+//! The rasteriser's lists (layers, stencils and groups) from the geometry of paths.
 
 use catoptric_core::scene::{PicturePoint, Role, Scene};
 use catoptric_engine::method::Job;
@@ -19,25 +19,26 @@ const WHOLE: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::Y];
 pub struct PathGeometry {
     /// The path, of at least one bounce. Paths that pass through anything but a lens are not drawn.
     pub path: SpecularPath,
-    /// Appearances of scene points: the picture points of the places that lie the path's length away on their view
-    /// rays.
+    /// Appearances of scene points: the picture points of the places on their view rays that are the path's length
+    /// away.
     ///
     /// In a perspective view `w` and `depth` are the path's length times the cosine between view ray and view axis
     /// (for a flat mirror then all in between is interpolated exactly), and in an orthographic one `w` is 1 and `depth`
     /// is the path's length.
     pub vertices: Vec<PicturePoint>,
-    /// For every vertex a signed distance: what is below 0 is cut off. Empty: nothing is.
+    /// A signed distance for every vertex: geometry where it is below 0 is clipped. Empty: nothing is clipped.
     pub clip_distances: Vec<f32>,
     /// Pieces of the scene's triangles: `source` is the scene's triangle. Group, patch and alpha test are filled in
     /// while drawing.
     pub triangles: Vec<DrawTriangle>,
-    /// For every piece the weights of the source's second and third vertex at its corners. Empty: all are whole.
+    /// The weights of the source's second and third vertex at the corners of every piece. Empty: all pieces are whole
+    /// triangles.
     pub corners: Vec<[Vec2; 3]>,
     /// Blocks of the picture where something else is to draw what the path shows.
     pub holes: BlockMask,
 }
 
-/// What is seen beyond reflectors and lenses at which no list goes on.
+/// The picture that is seen beyond reflectors and lenses at which no list goes on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum EndsOfPaths {
     /// The environment.
@@ -49,9 +50,9 @@ pub(super) enum EndsOfPaths {
 /// The scene as it is seen directly, then one list a path: shorter paths first, each after the path it goes on from.
 ///
 /// The group of a reflector's or lens's triangles is its object, plus 1. It is 0 for all others, those that have
-/// environment maps among them, and where the highest order is reached: there paths end. Every lens that is seen has a
-/// list for what passes through it, be it empty: so light divides there in the rasteriser. Where nothing but lists
-/// draws, that is; else lenses have one if they have one for what they reflect.
+/// environment maps among them, and where the highest order is reached: there paths end. If only lists draw, every
+/// visible lens has a list for its transmitted paths, be it empty, so that light divides there in the rasteriser; else
+/// lenses have one if they have a list for their reflected paths.
 pub(super) fn draw_lists(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,
@@ -95,7 +96,7 @@ fn group(scene: &Scene, maps: Option<&ReflectorMaps>, object: u32, goes_on: bool
     if goes_on && !mapped && scene.role_of(object).is_specular() { object + 1 } else { 0 }
 }
 
-/// Those of [`draw_lists`] behind the first.
+/// The lists of [`draw_lists`] without the first, the direct view.
 pub(super) fn lists_of_paths(
     job: &Job<'_>,
     paths: Vec<PathGeometry>,
@@ -163,7 +164,7 @@ pub(super) fn lists_of_paths(
             add_passing(&mut waiting, &path, object);
         }
         lists.push(list);
-        // The first list is that of what is seen directly.
+        // The first list is the direct view.
         list_of_path.insert(path, lists.len() as u32);
     }
     lists

@@ -1,4 +1,4 @@
-//! Light over the wide lobes of what a picture shows, from rays that neighbours share.
+//! Light over the wide lobes of the surfaces in a picture, from rays that neighbours share.
 //!
 //! Rays leave the middle of every cell of pixels; each cell then takes the mean over its lobes from the rays of all
 //! cells around it. Where things are so near that these see something else, as at contacts, more rays of its own make
@@ -27,7 +27,7 @@ use std::ops::Range;
 const CELLS_PX: [u32; 4] = [16, 8, 4, 2];
 
 /// Cells are tried where the light seems to be smooth on ones that are smaller by this factor; where nothing is known
-/// of it, if they are no smaller than so many pixels.
+/// of it, if they are no smaller than this many pixels.
 const TRIED: f32 = 0.7;
 const LEAST_EDGE_PX: f32 = 8.0;
 
@@ -90,7 +90,7 @@ struct LitPlace {
     lights: [Option<LobeLight>; LOBES],
     /// The side of cells, in pixels, up to which they change so little that pixels between need no smaller ones.
     smooth_px: f32,
-    /// Nothing is left for rays of its own.
+    /// True if the lobes have all the light that rays of the pixel's own would find.
     is_whole: bool,
 }
 
@@ -105,7 +105,7 @@ enum ToldBy {
     Smaller,
 }
 
-/// The light over lobes of what is seen directly in a picture.
+/// The light over the lobes of surfaces that are seen directly in a picture.
 pub(super) struct LobeLights {
     /// The largest cells first.
     grids: Vec<Grid>,
@@ -142,7 +142,7 @@ impl LobeLights {
         Ok(Some(lights))
     }
 
-    /// Returns true if something is told of the light over an object's lobes.
+    /// True if the light over an object's lobes is known in some cells.
     pub(super) fn tell_of(&self, object: u32) -> bool {
         self.told[object as usize]
     }
@@ -193,7 +193,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// No cells yet, for a picture of a size in pixels.
+    /// A grid without cells as yet, for a picture of a size in pixels.
     fn empty(cell_px: u32, size_px: [u32; 2]) -> Self {
         Self {
             cell_px,
@@ -332,7 +332,7 @@ impl Cells<'_, '_> {
             rows.extend(by_rows(stage, band.clone(), columns, init, |(paths, treelet), row, columns| {
                 self.light(paths, treelet, &traced, row, columns)
             })?);
-            // Nobody looks at these again.
+            // These rows are not read again.
             for row in &mut traced[..band.end.saturating_sub(NEIGHBOURS)] {
                 *row = Vec::new();
             }
@@ -402,7 +402,7 @@ impl Cells<'_, '_> {
         columns.zip(&wanted).map(traced).collect()
     }
 
-    /// Gathers what the first rays of some cells in a row may meet.
+    /// Gathers the triangles that the first rays of some cells in a row may meet.
     fn gather(&self, treelet: &mut Treelet, row: usize, columns: &Range<usize>) {
         let [low, high] = [columns.start, columns.end - 1].map(|column| self.grid.middle(column, row));
         self.tracer.gather(&self.rays, low, high, treelet);

@@ -12,13 +12,13 @@ pub(super) const BESIDE: f32 = 3.0;
 /// A place this far beside a triangle, in its sizes, still belongs to it: rounding.
 const ROUNDING: f32 = 1e-4;
 
-/// The most triangles that are passed on the way to a place.
+/// The maximum number of triangles that are passed on the way to a place.
 const MAX_STEPS: usize = 8;
 
-/// For the triangles of a scene's reflectors and lenses that are meshes those across their edges.
+/// The neighbours across their edges of the triangles of a scene's reflectors and lenses that are meshes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MeshNeighbours {
-    /// For each object, by its own triangles: those across the edges opposite to the corners.
+    /// For each object and each of its triangles, the triangles across the edges opposite to the corners.
     pub(super) objects: Vec<Vec<[u32; 3]>>,
 }
 

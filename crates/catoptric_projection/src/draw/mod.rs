@@ -1,4 +1,4 @@
-//! Drawing and shading of projected geometry: the same for every method that finds where scene points appear.
+//! Drawing and shading of projected geometry, shared by all methods that find where scene points appear.
 //!
 //! Each specular path is a list of triangles in the layer of its number of bounces, confined by a stencil to where the
 //! path without its last bounce shows the object of that bounce. A shader then walks along the surfaces that a pixel

@@ -1,4 +1,4 @@
-//! Colours of what is seen directly and at the ends of specular paths.
+//! Colours of surfaces that are seen directly and at the ends of specular paths.
 
 use super::drawn_by::{PixelsByOthers, ReflectorPixels};
 use super::far_maps::MapsInView;
@@ -26,28 +26,28 @@ const SHORT: f32 = 1e-4;
 /// beyond, textures may show what belongs to others. Chosen, not measured.
 const HARDLY_BESIDE: f32 = 0.1;
 
-/// Where directions change by more than this within a part of a pixel, they are followed from four places in it: they
-/// change unevenly. Chosen between time and error: a fifth of it takes a mirrored bunny under a studio's lights from
-/// 0.5 to 0.4 % of wrong pixels in 1.5 times the time.
+/// The change of direction within a part of a pixel above which directions are followed from four places in it, because
+/// they change unevenly. Chosen between time and error: a fifth of it takes a mirrored bunny under a studio's lights
+/// from 0.5 to 0.4 % of wrong pixels in 1.5 times the time.
 const EVEN_CHANGE: f32 = 0.1;
 
-/// What glass lets out changes quickly where refracted rays make a smaller cosine with the normal: there a fragment is
-/// looked at in several places. Chosen, not measured.
+/// Refracted rays with a smaller cosine to the normal change quickly: there a fragment is shaded at several places.
+/// Chosen, not measured.
 const STEEP_COSINE: f32 = 0.1;
 
-/// Where colours of a fragment's quarters differ by less, more places would say no more.
+/// The difference of colour between a fragment's quarters below which more places would not improve the mean.
 const EVEN_COLOR: f32 = 0.02;
 
-/// What has become of a fragment's light on the way to a rough mirror.
+/// The light of a fragment, gathered along its path up to a rough mirror.
 struct RoughWalk {
     /// The colour so far.
     sum: Vec3,
-    /// The factor of what follows.
+    /// The factor of the light from the rest of the path.
     throughput: Vec3,
     deferred: Option<Deferred>,
-    /// How many times wider than their own footprints textures at the end are averaged.
+    /// The factor by which the footprints of textures at the path's end are widened.
     widening: f32,
-    /// Of a rough mirror on the way: the colour before, and what its grid of sharp rays adds.
+    /// The colour before a rough mirror on the path, and the light that its grid of sharp rays adds.
     blurred: Option<(Vec3, Vec3)>,
 }
 
@@ -64,7 +64,7 @@ impl RoughWalk {
         (kind, weight): (BounceKind, Vec3),
     ) -> bool {
         if let Some((before, sharp)) = self.blurred {
-            // Seen in another rough mirror: what that one's sharp rays show there is known.
+            // The mirror is seen in another rough mirror, whose sharp rays already have its light.
             self.sum = before + sharp;
             return false;
         }
@@ -81,10 +81,10 @@ impl RoughWalk {
         self.sum += factor * weight * mean;
         let rest = 1.0 - light.weight;
         self.throughput = factor * rest;
-        // What bumps spread is traced where it meets a rough mirror.
+        // Light that bumps spread is traced at the surface where it meets a rough mirror.
         let sharp = self.throughput * weight * light.sharp;
         self.blurred = rough.is_rough(object).then_some((self.sum, sharp));
-        // Textures are blurred by the lobe; what has edges is not.
+        // Textures are blurred by the lobe; edges are not.
         self.widening *= (1.0 + light.width_px * light.width_px).sqrt();
         rest > 0.0
     }
@@ -128,8 +128,8 @@ fn is_steep_at(step: &LightStep, direction: Vec3) -> bool {
 /// Walks along the surfaces that a fragment shows.
 ///
 /// Triangles of reflectors and lenses at which paths go on have groups other than 0; those of group 0 are black, but
-/// for what they scatter themselves. A mirror whose reflection fades with distance waits for the next surface. Where
-/// nothing is seen at the end of a path the environment is.
+/// for the light that they scatter themselves. A mirror whose reflection fades with distance waits for the next
+/// surface. Where nothing is seen at the end of a path the environment is.
 pub(crate) struct PathShader<'a> {
     pub(super) scene: &'a Scene,
     pub(super) rays: ViewRays,
@@ -142,10 +142,10 @@ pub(crate) struct PathShader<'a> {
     neighbours: Option<&'a MeshNeighbours>,
     /// Normal maps turn rays.
     turns_normals: bool,
-    /// What rough mirrors reflect; without it they are drawn as smooth ones.
+    /// The reflections of rough mirrors; `None`: they are drawn as smooth ones.
     rough: Option<&'a RoughReflections<'a>>,
-    /// For rays that follow the lobes of surfaces at the ends of paths, and the order of the picture; without it these
-    /// are drawn by their facets alone.
+    /// The tracer of rays over the lobes of surfaces at the ends of paths, and the order of the picture; `None`: such
+    /// surfaces are drawn with the shading of their microfacets alone.
     pub(super) lobes: Option<(&'a Tracer, u32)>,
     /// The light over lobes that are seen directly.
     pub(super) lobe_lights: Option<&'a LobeLights>,
@@ -173,39 +173,39 @@ impl<'a> PathShader<'a> {
         }
     }
 
-    /// The same with environment maps, for pictures of an order.
+    /// This shader with environment maps, for pictures of an order.
     pub(super) fn with_maps(self, maps: MapsInView<'a>, order: u32) -> Self {
         Self { maps, order: order as usize, ..self }
     }
 
-    /// The same for pictures whose surfaces may be neighbours of those that rays meet.
+    /// This shader for pictures whose surfaces may be neighbours of those that rays meet.
     pub(super) fn with_neighbours(self, neighbours: &'a MeshNeighbours) -> Self {
         Self { neighbours: Some(neighbours), ..self }
     }
 
-    /// The same for paths whose rays normal maps have turned.
+    /// This shader for paths whose rays may have been turned by normal maps.
     pub(super) fn with_turned_normals(self, turns_normals: bool) -> Self {
         Self { turns_normals, ..self }
     }
 
-    /// The same with the light of rough mirrors.
+    /// This shader with the light of rough mirrors.
     pub(super) fn with_rough(self, rough: Option<&'a RoughReflections<'a>>) -> Self {
         Self { rough, ..self }
     }
 
-    /// The same with rays that follow lobes, for pictures of an order.
+    /// This shader with rays that sample lobes, for pictures of an order.
     pub(super) fn with_lobes(self, tracer: Option<&'a Tracer>, order: u32) -> Self {
         Self { lobes: tracer.map(|tracer| (tracer, order)), ..self }
     }
 
-    /// The same where the light over lobes that are seen directly is known.
+    /// This shader with the known light over lobes that are seen directly.
     pub(super) fn with_lobe_lights(self, lobe_lights: Option<&'a LobeLights>) -> Self {
         Self { lobe_lights, ..self }
     }
 
     /// Adds to a picture's report the number of paths that ended at the highest order while they carried light that is
-    /// seen (one a fragment at reflectors, one a ray beyond surfaces with lobes), and of the pixels of reflectors by
-    /// what has drawn them.
+    /// seen (one a fragment at reflectors, one a ray beyond surfaces with lobes), and the numbers of pixels of
+    /// reflectors by the way in which they were drawn.
     pub(crate) fn describe(&self, by_others: PixelsByOthers, report: &mut Report) {
         report.counts.insert("paths_ended", self.ended.load(Ordering::Relaxed));
         self.reflector_pixels.describe(by_others, report);
@@ -233,7 +233,7 @@ impl<'a> PathShader<'a> {
     }
 
     /// The appearance of a fragment whose path ends on a diffuse surface, or on a lens that rays follow, after some
-    /// bounces: the sum so far, and the factor of what the surface shows.
+    /// bounces: the sum so far, and the factor of the surface's radiance.
     #[inline(always)] // for the instructions of its caller
     fn end(
         &self,
@@ -258,7 +258,7 @@ impl<'a> PathShader<'a> {
     /// Colour of a rough mirror that is seen after some bounces, or whose light is not known.
     #[inline(never)] // rarely needed: kept out of the walk
     fn traced(&self, rough: &RoughReflections<'_>, surface: &LayerSurface, ray: &Ray, bounce: usize) -> Vec3 {
-        // How its rays differ from pixel to pixel is not known here.
+        // The differential of the ray is not known here.
         let change = RayDifferential::default();
         let encounter = self.scene.drawn_encounter(surface.source, &surface.barycentrics, ray, &change);
         rough.traced(bounce as u32, *ray, change, &encounter)
@@ -274,7 +274,7 @@ impl<'a> PathShader<'a> {
         ray: &Ray,
         bounce: usize,
     ) -> Vec3 {
-        // How reflected rays differ from pixel to pixel is not known here: what they meet is not filtered.
+        // The differentials of reflected rays are not known here: textures that they meet are not filtered.
         let change = match bounce {
             0 => self.rays.ray_with_differential(fragment.position.x, fragment.position.y).1,
             _ => RayDifferential::default(),
@@ -315,7 +315,7 @@ impl<'a> PathShader<'a> {
         };
         let whole = self.departure(fragment, part.offset);
         let largest = whole.1.direction_dx.length_squared().max(whole.1.direction_dy.length_squared());
-        // Not a number: no.
+        // False if it is not a number.
         if largest * side * side > EVEN_CHANGE * EVEN_CHANGE {
             let of_quarter = |part: Part| over(self.departure(fragment, part.offset), part.side);
             return part.quarters().into_iter().map(of_quarter).sum::<Vec3>() * 0.25;
@@ -407,7 +407,7 @@ impl<'a> PathShader<'a> {
             throughput *= transmittance(absorption, length(&ray, &point));
             let (before, shown) = (sum, throughput);
             *is_steep |= material.role == Role::Lens && is_steep_at(&step, ray.direction);
-            // What is scattered before the last second branch belongs to the fragment that takes the first one there.
+            // Light scattered before the last second branch belongs to the fragment that takes the first branch there.
             let is_first_way = fragment.second_branches >> bounce == 0;
             let scatters = step.scattered > 0.0 && is_first_way;
             if is_first_way {
@@ -420,7 +420,7 @@ impl<'a> PathShader<'a> {
                 sum += throughput * step.scattered * scene.own_radiance(&point, -ray.direction);
             }
             let kind = BounceKind::at(bounce, fragment.second_branches);
-            // What bumps within a pixel blur is known of mirrors and lenses that are seen directly.
+            // Blur by bumps within a pixel is known of mirrors and lenses that are seen directly.
             let is_rough = material.reflection_roughness() > 0.0;
             let may_be_rough = is_rough || bounce == 0 && material.may_spread_light();
             if let Some(rough) = self.rough.filter(|_| !ends && may_be_rough) {
@@ -450,8 +450,8 @@ impl<'a> PathShader<'a> {
         ShadingRequest::Color(sum + throughput * self.behind(fragment, ray.direction, part))
     }
 
-    /// What a reflector or lens shows of light that is not followed: highlights of lights, and where a path ends the
-    /// light from infinity.
+    /// The light of a reflector or lens that comes without a further surface: highlights of lights, and where a path
+    /// ends the light from infinity.
     #[inline(always)] // for the instructions of its caller
     fn far_light(
         &self,
@@ -471,8 +471,8 @@ impl<'a> PathShader<'a> {
 
     /// The point of a reflector or lens that is met after some bounces, by a part of a pixel at a position.
     ///
-    /// Highlights are wider the more the surface bends within the part. Triangles say how much; formulas do of what is
-    /// seen directly, from how rays change.
+    /// Highlights are wider the more the surface bends within the part. Triangles give the bend; formulas give it for
+    /// directly visible surfaces, from the differentials of rays.
     #[inline(always)] // for the instructions of its caller
     fn point(
         &self,
@@ -498,7 +498,7 @@ impl<'a> PathShader<'a> {
             ShadingRequest::Scattered { query, .. } => Some(query),
             ShadingRequest::Color(_) => None,
         };
-        // Light of their own, and the share of what is scattered at the end.
+        // The light of the parts themselves, and the share of the light scattered at the end.
         let mut look = |part: Part| match self.walk(fragment, part, &mut false) {
             ShadingRequest::Color(color) => (color, Vec3::ZERO),
             ShadingRequest::Scattered { query: found, throughput, added } => {
@@ -519,7 +519,7 @@ impl<'a> PathShader<'a> {
             let sum = parts.iter().fold((Vec3::ZERO, Vec3::ZERO), |sum, part| (sum.0 + part.0, sum.1 + part.1));
             (sum.0 * 0.25, sum.1 * 0.25)
         };
-        // More places than samples would be nearer to the truth than the reference is.
+        // With more places than samples this would be nearer to the truth than the reference.
         let samples = fragment.chain.last().map_or(1, |last| last.barycentrics.samples);
         let (added, throughput) = match differs && samples > 4 {
             true => mean(quarters.map(|quarter| mean(quarter.quarters().map(&mut look)))),

@@ -1,5 +1,5 @@
-//! The life cycle of projection methods with virtual meshes, written once: what depends on the mirrors, what on the
-//! view, what on the objects among them, and what of it is kept from frame to frame.
+//! The life cycle of projection methods with virtual meshes, shared by all of them: data that depends on the mirrors,
+//! on the view, and on the objects among the mirrors, and the parts of it that are kept from frame to frame.
 
 use super::far_maps::MapsInView;
 use super::overlays::ShownPixels;
@@ -24,7 +24,7 @@ use std::sync::{Arc, OnceLock};
 pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// Data that depends on the reflectors and lenses alone.
     type Mirrors: Send + Sync;
-    /// Data that depends on reflectors, lenses and the view, but not on what moves among them.
+    /// Data that depends on reflectors, lenses and the view, but not on objects that move among them.
     type ViewData: Send + Sync;
     /// The projector of one view.
     type Projector<'a>: VertexProjector + 'a;
@@ -35,7 +35,7 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// The method.
     fn info(&self) -> &'static MethodInfo;
 
-    /// Builds what depends on the mirrors; `old` is of the same mirrors and perhaps of another quality.
+    /// Builds the data that depends on the mirrors; `old` is of the same mirrors and perhaps of another quality.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -47,7 +47,8 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         stages: &mut Stages<'_>,
     ) -> Result<Self::Mirrors, RenderError>;
 
-    /// Takes from mirrors of an earlier moment, which have moved since or changed their shape, what is still true.
+    /// Takes the data that is still valid from mirrors of an earlier moment, which have moved since or changed their
+    /// shape.
     fn take_moved(&self, _mirrors: &mut Self::Mirrors, _old: &Self::Mirrors, _now: (&Scene, &MirrorState)) {}
 
     /// Takes a bake for the mirrors, as they have just been built.
@@ -72,7 +73,7 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         Ok(true)
     }
 
-    /// Builds what depends on the view.
+    /// Builds the data that depends on the view.
     ///
     /// # Errors
     /// [`RenderError::Setting`] where a setting does not fit the scene, [`RenderError::Cancelled`].
@@ -83,7 +84,7 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         true
     }
 
-    /// Adds to a view's data what also depends on the objects among the mirrors.
+    /// Adds to a view's data the part that also depends on the objects among the mirrors.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -96,13 +97,13 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         Ok(())
     }
 
-    /// Forgets what [`Self::complete`] has added: the objects have changed.
+    /// Removes the data that [`Self::complete`] has added: the objects have changed.
     fn forget_objects(&self, _data: &mut Self::ViewData) {}
 
     /// Counts and bytes of a view's data.
     fn describe(&self, data: &Self::ViewData, report: &mut Report);
 
-    /// Takes from an earlier view's data what the data of a new view may use again.
+    /// Takes from an earlier view's data the parts that the data of a new view may use again.
     fn take_over(&self, _data: &mut Self::ViewData, _old: Self::ViewData) {}
 
     /// The environment maps that take the place of projections.
@@ -121,7 +122,8 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
     /// The fineness of virtual meshes in a view.
     fn mesh_quality(&self, view: &View) -> MeshQuality;
 
-    /// An overlay of a kind that virtual meshes do not have, by what pixels show and the paths that meshes draw.
+    /// An overlay of a kind that virtual meshes do not have, from the surfaces that pixels show and the paths that
+    /// meshes draw.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -136,7 +138,7 @@ pub(crate) trait MeshProjection: Clone + Send + Sync + 'static {
         Ok(None)
     }
 
-    /// What of virtual meshes stays while the eye moves a little.
+    /// The parts of virtual meshes that can be kept while the eye moves a little, for methods that have such.
     fn steady<'a>(_projector: &'a Self::Projector<'_>) -> Option<&'a dyn SteadySource> {
         None
     }
@@ -153,11 +155,11 @@ pub(crate) struct Context<'a, M: MeshProjection> {
     pub(crate) view: &'a View,
     /// Highest number of bounces of a path.
     pub(crate) order: u32,
-    /// Work for building the paths of a view; none is built by who reads them only.
+    /// Work for building the paths of a view; code that only reads them builds none.
     pub(crate) work: u64,
     /// Paths that took too much work in an earlier frame: nothing is built for them.
     pub(crate) without: &'a PathBeginnings,
-    /// True if what is left out is drawn by something else; points one by one are asked of all paths.
+    /// True for pictures, in which something else draws the parts that are left out; points one by one need all paths.
     pub(crate) is_for_picture: bool,
     /// The fate of pieces on which appearances end.
     pub(crate) ends: Ends,
@@ -194,7 +196,7 @@ struct LastView<M: MeshProjection> {
     data: Option<M::ViewData>,
 }
 
-/// One view.
+/// A frame: the prepared method for one view.
 struct ProjectionFrame<'a, M: MeshProjection> {
     method: &'a M,
     scene: &'a Arc<Scene>,
@@ -264,7 +266,7 @@ impl<M: MeshProjection> Prepared for PreparedProjection<M> {
             self.method.take_moved(&mut mirrors, &self.mirrors, (scene, virtual_scene.mirror_state()));
         }
         let tiles = LazyTiles::of_moment(&self.tiles, (scene, quality), progress)?;
-        // Nothing fails from here on.
+        // No step fails from here on.
         if same_mirrors {
             virtual_scene.take_meshes(&self.virtual_scene);
         } else {
@@ -369,7 +371,7 @@ impl<M: MeshProjection> ProjectionFrame<'_, M> {
         Context { scene, virtual_scene, mirrors, view, order: *order, work, without, is_for_picture: false, ends }
     }
 
-    /// The view's data with what was left out for the picture's sake; `None` if that fails.
+    /// The view's data with the parts that pictures leave out; `None` if making these fails.
     fn complete_data(&self) -> Option<M::ViewData> {
         let without = PathBeginnings::default();
         let context = self.context(FrameWork::PATHS_WITHOUT_PICTURE, &without);
@@ -388,7 +390,7 @@ impl<M: MeshProjection> ProjectionFrame<'_, M> {
         self.last.data.as_ref().map_or_else(MapsInView::default, |data| self.method.maps(data))
     }
 
-    /// The geometry of the picture, and what draws the paths that it lacks.
+    /// The geometry of the picture, and the tiles for the paths that it lacks.
     fn geometry(&self, progress: &dyn Progress) -> Result<(VirtualGeometry, ExactTiles<'_>), RenderError> {
         let Self { method, scene, virtual_scene, tiles, last: LastView { view, without, data, .. }, work, .. } = self;
         let tiles = ExactTiles { scene, tables: tiles, beyond: method.work_limit().beyond };

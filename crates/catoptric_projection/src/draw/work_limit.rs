@@ -1,4 +1,4 @@
-//! The work that a frame of a method with virtual meshes may take, and what draws the paths beyond it.
+//! The work that a frame of a method with virtual meshes may take, and the drawing of paths beyond it.
 
 use super::drawing::draw_paths_with;
 use super::far_maps::MapsInView;
@@ -17,15 +17,15 @@ use glam::Vec3;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// Smaller pictures have as much work as one of so many pixels: vertices have to be found however few pixels they
+/// Smaller pictures have as much work as one of this many pixels: vertices have to be found however few pixels they
 /// cover.
 const LEAST_PIXELS: u64 = 720 * 480;
 
-/// What a picture shows is looked at in one of about so many pixels.
+/// The approximate number of pixels in which the shares of a picture are sampled.
 const GLANCE_PIXELS: u32 = 4800;
 
-/// What a picture shows says how long the reference takes for it: for nothing but an empty picture, for the scene, and
-/// for reflectors and lenses in addition. About as measured of built-in scenes and files.
+/// Shares of the reference's time for a picture: for an empty picture, for pixels that show the scene, and in addition
+/// for those that show reflectors and lenses. About as measured of built-in scenes and files.
 const EMPTY_SHARE: f64 = 0.25;
 const SCENE_SHARE: f64 = 0.75;
 const SPECULAR_SHARE: f64 = 1.0;
@@ -34,11 +34,11 @@ const SPECULAR_SHARE: f64 = 1.0;
 /// built-in scenes and files.
 pub(crate) const WORK_A_PIXEL: f32 = 24.0;
 
-/// The limit of presets that draw all paths themselves: what they need on most scenes.
+/// The limit of presets that draw all paths themselves: enough on most scenes.
 pub(crate) const WORK_ALONE: f32 = 150.0;
 
 declare_choices! {
-    /// What draws paths that are not done within the work of a frame.
+    /// The way to draw paths that are not done within the work of a frame.
     pub enum BeyondWork {
         /// Tiles, as the method `multiperspective` does: exactly.
         Tiles = "tiles",
@@ -58,20 +58,20 @@ pub(crate) struct WorkLimit {
 /// The work of one frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FrameWork {
-    /// For building the paths of a view.
+    /// Limit for building the paths of a view, in units of about 100 ns of one core.
     pub(crate) paths: u64,
-    /// For virtual meshes.
+    /// Limit for virtual meshes, in the same units.
     pub(crate) meshes: u64,
 }
 
 impl FrameWork {
-    /// For building the paths of a view that points are projected on one by one, not for a picture: some seconds of one
-    /// core. Chosen, not measured.
+    /// The limit for building the paths of a view that points are projected on one by one, not for a picture: some
+    /// seconds of one core. Chosen, not measured.
     pub(super) const PATHS_WITHOUT_PICTURE: u64 = 40_000_000;
 }
 
 impl WorkLimit {
-    /// The fate of pieces on which appearances end: where tiles draw what meshes do not, these are left to them.
+    /// The fate of pieces on which appearances end: where tiles draw the rest, these are left to them.
     pub(super) fn ends(&self) -> Ends {
         match self.beyond {
             BeyondWork::Tiles => Ends::LeftOut,
@@ -79,22 +79,22 @@ impl WorkLimit {
         }
     }
 
-    /// The work of a picture of a scene: about in proportion to what the reference takes for it.
+    /// The limits of work for a picture of a scene, about in proportion to the reference's time for it.
     ///
     /// # Errors
-    /// Those of the rasteriser.
+    /// The errors of the rasteriser.
     pub(super) fn of_frame(&self, scene: &Scene, view: &View) -> Result<FrameWork, RenderError> {
         let pixels = (u64::from(view.width) * u64::from(view.height)).max(LEAST_PIXELS);
         let glance = Glance::of(scene, view)?;
         let shares = EMPTY_SHARE + SCENE_SHARE * glance.scene + SPECULAR_SHARE * glance.specular;
         let meshes = in_steps((pixels as f64 * f64::from(self.a_pixel) * shares) as u64);
-        // Meshes are what takes longer.
+        // Meshes take longer than paths.
         Ok(FrameWork { paths: meshes / 2, meshes })
     }
 }
 
-/// The nearest of steps, four from a power of two to the next: little changes of a scene let the work be, so what was
-/// built with it is kept.
+/// The nearest of steps, four from a power of two to the next: little changes of a scene do not change the work, so
+/// that data built with it is kept.
 pub fn in_steps(work: u64) -> u64 {
     let step = (work / 4).checked_ilog2().map_or(1, |log2| 1 << log2);
     (work + step / 2) / step * step
@@ -102,9 +102,9 @@ pub fn in_steps(work: u64) -> u64 {
 
 /// Shares of a picture.
 struct Glance {
-    /// Where the scene is seen.
+    /// The share that shows the scene.
     scene: f64,
-    /// Where reflectors and lenses are.
+    /// The share that shows reflectors and lenses.
     specular: f64,
 }
 
@@ -137,7 +137,7 @@ impl FragmentShader for Unshaded {
 /// The bundles of tiles may miss their rays by this much: the default of `multiperspective`.
 const TILE_ACCURACY_PX: f32 = 0.5;
 
-/// Tiles that draw what meshes do not, and the light of what is rough.
+/// Tiles that draw the paths that meshes do not, and the light of rough mirrors.
 pub(crate) struct ExactTiles<'a> {
     pub(super) scene: &'a Arc<Scene>,
     pub(super) tables: &'a LazyTiles,
@@ -150,9 +150,9 @@ impl ExactTiles<'_> {
         self.beyond == BeyondWork::Tiles
     }
 
-    /// Draws geometry of paths; with `ends` that go on, by tiles what is seen where no path does.
+    /// Draws geometry of paths; with `ends` that go on, tiles draw the rest, where no path goes on.
     ///
-    /// What is rough is drawn as tiles do it, whoever draws the paths.
+    /// Rough mirrors are always drawn as by tiles.
     ///
     /// # Errors
     /// As [`catoptric_engine::raster::draw`].
@@ -179,7 +179,7 @@ impl ExactTiles<'_> {
         Ok(report)
     }
 
-    /// What pixels show of lists, and by tiles where no list goes on.
+    /// The surfaces that pixels show of lists, and by tiles where no list goes on.
     ///
     /// # Errors
     /// As [`catoptric_engine::raster::draw`].
@@ -207,7 +207,7 @@ pub(crate) struct LazyTiles {
 }
 
 impl LazyTiles {
-    /// Those of a scene whose paths go on within a limit of work, made if that will take long.
+    /// The tables for tiles of a scene whose paths go on within a limit of work; made at once if that will take long.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].
@@ -223,7 +223,7 @@ impl LazyTiles {
         Ok(tables)
     }
 
-    /// Those of a scene: made by what is known of another moment of it, if tables were needed there.
+    /// The tables of a scene at another moment: made from those of the old moment, if tables were needed there.
     ///
     /// # Errors
     /// [`RenderError::Cancelled`].

@@ -1,9 +1,9 @@
 //! The cells of a reflector's rays in a hierarchy of beams, which finds those that may hold a point.
 //!
 //! Spheres locate a point if the reflector is convex. Elsewhere rays cross, and between the reflector and the spheres
-//! about it these resolve little. A cell's points are mixtures of points of the three rays at its corners, so what is
-//! convex and holds these rays holds the cell: so the beams that path perturbation finds its samples with find cells,
-//! too.
+//! about it these resolve little. A cell's points are mixtures of points of the three rays at its corners, so any
+//! convex set that holds these rays holds the cell. The beams by which path perturbation finds its samples therefore
+//! find cells, too.
 
 use super::subdivision::{WalkReach, Walks};
 use crate::find::ray_map;
@@ -26,7 +26,7 @@ const APART: f32 = 2.0;
 /// Beams' spread is measured at this share of the scene's diagonal. Chosen, not measured.
 const TYPICAL_SHARE: f64 = 0.25;
 
-/// No more leaves than this are looked at for one point. A bound on time; chosen, not measured.
+/// The maximum number of leaves that are searched for one point. A bound on time; chosen, not measured.
 const MAX_LEAVES: usize = 256;
 
 /// Eight cells, component by component: the ray at the first corner, and the steps to those at the others.
@@ -60,7 +60,7 @@ const WORK_A_CELL: u64 = 20;
 pub(super) struct CellTree {
     beams: BeamTree,
     leaves: Vec<CellLeaf>,
-    /// For each lane of each leaf.
+    /// The triangle in each lane of each leaf.
     triangles: Vec<u32>,
     /// Cells that might have held a point and were not looked at, or not kept, summed over the points so far.
     not_searched: AtomicU64,
@@ -108,7 +108,8 @@ impl CellTree {
         if not_searched > 0 {
             self.not_searched.fetch_add(not_searched, Ordering::Relaxed);
         }
-        // From those that hold it on; neighbours of these start walks for the rest.
+        // Cells that hold the point come first; others start walks only if they are not next to a reflection point
+        // found before.
         let mesh = reflector.mesh;
         let mut found = [(Vec3::NAN, false); MAX_NEAR];
         let mut count = 0;
@@ -173,7 +174,8 @@ fn find(tree: &CellTree, point: [f32; 3], near: &mut Near) -> u64 {
 /// Cells that hold a point or are next to those that do: no more than this. A bound on time; chosen, not measured.
 const MAX_NEAR: usize = 32;
 
-/// How much of each holds the point, its triangle, the weights there, and whether its rays have crossed.
+/// Cells near a point: the least of the point's weights in each, its triangle, the weights, and true if its rays have
+/// crossed.
 struct Near {
     cells: [(f32, u32, Vec2, bool); MAX_NEAR],
     count: usize,
@@ -228,7 +230,7 @@ impl CellLeaf {
                 answer.weights[0][lane] = u;
                 answer.weights[1][lane] = v;
                 let least = u.min(v).min(1.0 - u - v);
-                // Cells without an area and empty lanes give what is not a number, which `min` would pass over.
+                // Cells without an area and empty lanes give values that are not numbers, which `min` would pass over.
                 let ahead = (distance > 0.0) & (area != 0.0) & (u + v).is_finite();
                 answer.inside[lane] = if ahead { least } else { f32::NEG_INFINITY };
                 answer.turned[lane] = right_edge.cross(down_edge).dot(direction) * area < 0.0;

@@ -15,7 +15,7 @@ pub(super) struct RayCorner {
     /// The unit normal on the side that is met.
     pub(super) normal: Vec3A,
     pub(super) outgoing: Vec3A,
-    /// Beyond a silhouette: its ray hits spheres further out.
+    /// True for corners beyond a silhouette: their rays hit spheres further out.
     pub(super) outward: bool,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct MapCell {
     pub(super) beyond: bool,
 }
 
-/// All cells of a reflector.
+/// The cells of a reflector.
 #[derive(Clone, Debug, Default)]
 pub(super) struct MapCells {
     pub(super) corners: Vec<RayCorner>,
@@ -113,7 +113,7 @@ impl Maker<'_> {
         let mix = |values: &[Vec3]| interpolated(values, self.triangle, weights);
         let position = mix(&mesh.positions);
         let normal = mix(&mesh.normals).normalize_or_zero() * rays.side;
-        // From the eye all rays come from one point.
+        // Rays of the eye all come from one point.
         let incoming = match self.reflector.view {
             Some(_) => position - mix(&rays.origins),
             None => mix(&rays.incoming),
@@ -123,7 +123,7 @@ impl Maker<'_> {
         self.add(RayCorner { position: position.into(), normal: normal.into(), outgoing, outward: false })
     }
 
-    /// The part of a profile triangle that is seen, and what extends it beyond the silhouette.
+    /// Adds the visible part of a profile triangle, and its extension beyond the silhouette.
     fn cut(&mut self, cosines: [f32; 3]) {
         let mut polygon: [Option<u32>; 4] = [None; 4];
         let mut count = 0;
@@ -135,7 +135,7 @@ impl Maker<'_> {
                 count += 1;
             }
             if (cosines[k] > 0.0) != (cosines[next] > 0.0) {
-                // From the seen end, so that both triangles of an edge find the same place.
+                // The interpolation starts at the seen end, so that both triangles of an edge find the same place.
                 let (seen, hidden) = if cosines[k] > 0.0 { (k, next) } else { (next, k) };
                 let share = cosines[seen] / (cosines[seen] - cosines[hidden]);
                 let place = self.place(CORNERS[seen].lerp(CORNERS[hidden], share));

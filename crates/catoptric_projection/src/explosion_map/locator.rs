@@ -10,9 +10,9 @@ use glam::Vec3;
 
 /// Finds points in one reflector, for one kind of rays.
 pub(super) enum Finder {
-    /// By the spheres about it.
+    /// A map on spheres about the reflector.
     Map(ExplosionMap),
-    /// By its profile, of reflectors that are drawn along one axis.
+    /// The profile of a reflector that is a linear extrusion.
     Profile(Profile),
 }
 

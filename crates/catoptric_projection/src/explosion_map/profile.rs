@@ -9,7 +9,8 @@ use catoptric_engine::method::Report;
 use catoptric_engine::optics::path::bundle::BounceKind;
 use glam::{Vec2, Vec3};
 
-/// Where the profile ends, its last segment goes on by this share of the reflector's radius. Chosen, not measured.
+/// The extension of the last segment where the profile ends, as a share of the reflector's radius. Chosen, not
+/// measured.
 const BORDER_SHARE: f32 = 0.05;
 
 /// Places this far outside a segment, in shares of its length, still belong to it: rounding must not lose those between
@@ -20,15 +21,15 @@ const OUTSIDE: f32 = 1e-3;
 pub(super) struct Profile {
     eye: ProfileEye,
     blocks: Vec<SegmentBlock>,
-    /// For each lane of each block.
+    /// The segment in each lane of each block.
     segments: Vec<u32>,
 }
 
-/// Where rays come from.
+/// The origin of rays, by the plane of the profile and the axis across it.
 enum ProfileEye {
-    /// From a point: in the plane, and how far along the axis.
+    /// A point: its place in the plane, and its coordinate along the axis.
     Point(Vec2, f32),
-    /// In parallel; how far they go along the axis with a step in the plane.
+    /// Parallel rays: their change along the axis for a unit step in the plane.
     Parallel(f32),
 }
 
@@ -40,7 +41,7 @@ pub struct SegmentBlock {
     /// The direction of the ray at the first end, and its change to the second.
     direction: [Lanes; 2],
     turn: [Lanes; 2],
-    /// How far the segment goes, from 0 to 1 but where the profile ends.
+    /// The range of the segment's parameter: 0 to 1, and further where the profile ends.
     low: Lanes,
     high: Lanes,
 }
@@ -92,7 +93,7 @@ impl Profile {
                     if let Some((triangle, weights)) =
                         extrusion.triangle_at(reflector.mesh.shape(), segment, reflection_point, height)
                     {
-                        // Its ray is that of the mesh but for rounding; the walk ends where the mesh does.
+                        // The ray equals that of the mesh but for rounding; the walk ends where the mesh does.
                         found.extend(walks.walk(triangle, weights, WalkReach::Anywhere));
                     }
                 }
@@ -128,7 +129,7 @@ impl ProfileEye {
         }
     }
 
-    /// How far along the axis the reflection point of a point is: on its way light keeps its slope.
+    /// The coordinate along the axis of the reflection point of a point: light keeps its slope along the axis.
     fn reflection_height(&self, reflection_point: Vec2, place: Vec2, height: f32) -> f32 {
         let after = place.distance(reflection_point);
         match self {
@@ -153,7 +154,8 @@ impl SegmentBlock {
         (self.low[lane], self.high[lane]) = (low, high);
     }
 
-    /// How far a point is beside the ray that leaves a segment at a share `s` of it: `c0 + c1 s + c2 s^2`.
+    /// Coefficients of `c0 + c1 s + c2 s^2`, which is 0 if the ray that leaves a segment at the share `s` of it passes
+    /// through a point.
     #[inline(always)]
     fn form(&self, lane: usize, place: Vec2) -> [f32; 3] {
         let perp = |a: [f32; 2], b: [f32; 2]| a[0] * b[1] - a[1] * b[0];

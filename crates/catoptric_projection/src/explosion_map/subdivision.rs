@@ -6,7 +6,7 @@ use crate::find::work;
 use catoptric_core::surface::mesh::adjacency::NO_NEIGHBOUR;
 use glam::{Mat3, Vec2, Vec3};
 
-/// Newton's method gives up after so many steps, each of which may lead to another cell. A bound on time; chosen, not
+/// Newton's method gives up after this many steps, each of which may lead to another cell. A bound on time; chosen, not
 /// measured.
 const MAX_STEPS: u32 = 14;
 
@@ -17,7 +17,7 @@ const MAX_STRAYS: u32 = 2;
 /// Work of a step of a walk.
 const WORK_A_STEP: u64 = 1;
 
-/// How far walks may lead.
+/// The limit of walks from cell to cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum WalkReach {
     /// To cells next to where they start: there the point is, or nowhere near.
@@ -39,7 +39,8 @@ impl WalkReach {
 /// Steps this small, in the weights of the cell, are the last. Chosen, not measured.
 const LAST_STEP: f32 = 1e-5;
 
-/// Where steps go to and fro over an edge between two cells, the place is known this well. Chosen, not measured.
+/// The accuracy of a place, as a step in weights, that is accepted where steps go to and fro over an edge between two
+/// cells. Chosen, not measured.
 const UNSURE_STEP: f32 = 0.02;
 
 /// A place this far outside its triangle, in its weights, is still in it: rounding must not send walks to and fro.
@@ -49,10 +50,10 @@ const OUTSIDE: f32 = 1e-4;
 /// A step goes no further than this share of the reflector's radius. Chosen, not measured.
 const LONGEST_STEP: f32 = 0.5;
 
-/// Where a reflector ends, the last cell goes on by this share of the reflector's radius. Chosen, not measured.
+/// The extension of the last cell where a reflector ends, as a share of the reflector's radius. Chosen, not measured.
 const BORDER_SHARE: f32 = 0.05;
 
-/// No more walks than this for one point end in different cells. A bound on time; chosen, not measured.
+/// The maximum number of walks for one point that end in different cells. A bound on time; chosen, not measured.
 const MAX_CELLS: usize = 8;
 
 /// Walks to the cells that hold one point; several may lead to one cell.

@@ -33,7 +33,7 @@ pub struct ReflectorMap {
     mesh: ReflectorMesh,
     scene_bounds: catoptric_core::math::Aabb,
     settings: ExplosionMapSettings,
-    /// For the last view; `None` if the reflector shows nothing.
+    /// The map for the last view; `None` if the reflector shows nothing.
     seen: Option<ViewMap>,
 }
 
@@ -67,7 +67,8 @@ impl ReflectorMap {
         self.seen = finder.map(|finder| ViewMap { view: view.clone(), rays, finder });
     }
 
-    /// Mirrors `points` into as many of `images`; what the reflector does not show gets an image that is not finite.
+    /// Mirrors `points` into as many of `images`; points that the reflector does not show get images that are not
+    /// finite.
     pub fn virtual_vertices(&self, points: &[Vec3], images: &mut [Vec3]) {
         let Some(ViewMap { view, rays, finder }) = &self.seen else { return images.fill(Vec3::NAN) };
         let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays, view: Some(view) };

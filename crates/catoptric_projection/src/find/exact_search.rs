@@ -1,15 +1,14 @@
 //! All specular paths between an eye and scene points, found from ray maps around the eye and solved exactly.
 //!
-//! Every reflector is sampled from the eye by its own ray map, refined until neighbouring rays predict each other;
-//! a point's candidates are all rays whose expansions reach it, and Newton's method on the specular constraint takes
-//! one for each place in the picture to its path; near caustics, where one ray can stand for several paths, its
-//! neighbours are tried too. So a search costs some five to fifty microseconds on convex surfaces, one or two hundred
-//! on meshes, tori and vases, and a few milliseconds on surfaces of expressions. Where a surface is not convex a point
-//! has a hundred candidates and more that lead to a handful of appearances: up to 64 places in the picture are tried,
-//! and beyond that the search says that it was cut short.
-//! What can be missed otherwise are reflections in parts of a reflector smaller than the finest sample spacing (see
-//! [`SearchSettings`]), and one of two that nearly coincide beside a caustic, from where Newton's method goes to the
-//! other.
+//! Every reflector is sampled from the eye by its own ray map, refined until neighbouring rays predict each other; a
+//! point's candidates are all rays whose expansions reach it, and Newton's method on the specular constraint takes one
+//! for each place in the picture to its path; near caustics, where one ray can stand for several paths, its neighbours
+//! are tried too. A search costs some five to fifty microseconds on convex surfaces, one or two hundred on meshes, tori
+//! and vases, and a few milliseconds on surfaces of expressions. Where a surface is not convex a point has a hundred
+//! candidates and more that lead to a handful of appearances: up to 64 places in the picture are tried, and beyond that
+//! the search says that it was cut short. It can also miss reflections in parts of a reflector smaller than the finest
+//! sample spacing (see [`SearchSettings`]), and one of two that nearly coincide beside a caustic, from where Newton's
+//! method goes to the other.
 //!
 //! Ray maps hold what is seen from the eye. Where blocked paths are wanted too, those of one bounce on analytic
 //! surfaces are found by subdivision ([`RootFinder`]): all of them, at some hundred times the cost. On meshes, and
@@ -58,11 +57,12 @@ impl Default for SearchSettings {
 const MAX_STEPS: u32 = 60;
 /// Paths with smaller residuals of the specular constraint are solutions. Chosen, not measured.
 const SOLVED_RESIDUAL: f64 = 1e-12;
-/// The same where a curve of paths is followed, all of which are double roots. Chosen, not measured.
+/// Like [`SOLVED_RESIDUAL`], along a curve of paths, all of which are double roots. Chosen, not measured.
 const CURVE_RESIDUAL: f64 = 1e-11;
 /// Bounce points nearer than this share of the scene's size are the same. Chosen, not measured.
 const SAME_POINT: f64 = 1e-7;
-/// At caustics roots are double, and known to the square root of the residual only. Chosen, not measured.
+/// Like [`SAME_POINT`], at caustics, where roots are double, and known to the square root of the residual only. Chosen,
+/// not measured.
 const SAME_DOUBLE_POINT: f64 = 1e-5;
 /// Paths whose determinant over the squared size of their spread is below this are at a caustic. Chosen, not measured.
 const NEARLY_SINGULAR: f64 = 1e-4;
@@ -91,13 +91,13 @@ const MAX_CELLS: usize = 200_000;
 /// The ray map of one reflector in one view.
 struct ObjectMap {
     map: RayMap,
-    /// For every group of the map, the number of its path; `None` if the path is not wanted.
+    /// The number of the path of every group of the map; `None` if the path is not wanted.
     path_of_group: Vec<Option<u32>>,
-    /// For every group, whether a point has one path of it at the most: reflections on the outside of a convex body.
+    /// True for groups in which a point has at most one path: reflections on the outside of a convex body.
     single: Vec<bool>,
 }
 
-/// All paths of one bounce on an analytic surface, seen or not.
+/// The search for all paths of one bounce on an analytic surface, visible or not.
 struct HiddenSearch {
     finder: RootFinder,
     bounce: Bounce,
@@ -266,7 +266,7 @@ impl<'a> ExactSearch<'a> {
         let sample = &group.samples[ray as usize];
         let reach = f64::from(group.reach[ray as usize]);
         let mut regular = false;
-        // Beyond a sample's neighbours these are candidates of their own.
+        // True if the point is reflected beyond the sample's neighbours, which are candidates of their own then.
         let mut beyond = false;
         let mut parameters = DVec2::ZERO;
         if let Some(neighbour) = sample.neighbour(point, Approximation::Quadratic) {
@@ -385,7 +385,7 @@ impl<'a> ExactSearch<'a> {
             let [[a, b], [c, d]] = rays.spread(rays.origin.distance(point));
             // The direction that the singular matrix takes to zero: across its larger row.
             let blind = if a * a + b * b > c * c + d * d { DVec2::new(-b, a) } else { DVec2::new(-d, c) };
-            // Where it takes all to zero any direction will do.
+            // A matrix of zeros takes any direction to zero.
             let blind = blind.try_normalize().unwrap_or(DVec2::X);
             let way = bundle.first.first[0] * blind.x + bundle.first.first[1] * blind.y;
             let way = if way.dot(before) < 0.0 { -way } else { way };

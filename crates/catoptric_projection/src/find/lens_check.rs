@@ -1,5 +1,5 @@
-//! Where appearances by lenses are right: rays are followed from the eye through them, as few as a coarse picture has,
-//! and points on these rays are asked for.
+//! A check of appearances by lenses: rays are followed from the eye through them, as few as a coarse picture has, and
+//! the method is asked for points on these rays.
 //!
 //! Light that passes a lens turns quickly beside its rim, near the angle of total reflection and where rays cross on
 //! its far side. A method that knows a lens by its vertices or by few rays can miss appearances there, or make up
@@ -17,14 +17,15 @@ use catoptric_engine::raster::{BLOCK, BlockMask};
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 
-/// Rays are followed from about so many places of a picture. Chosen between time and the narrowest ring that is
+/// Rays are followed from about this many places of a picture. Chosen between time and the narrowest ring that is
 /// noticed.
 const PLACES: f32 = 8000.0;
 
-/// They are no nearer to each other than this, in pixels. Chosen, not measured.
+/// The least distance between these rays, in pixels. Chosen, not measured.
 const LEAST_SPACING_PX: f32 = 2.0;
 
-/// Where a lens begins or ends, rays are nearer to each other by this factor: rims are narrow. Chosen, not measured.
+/// The factor by which rays are closer to each other where a lens begins or ends: rims are narrow. Chosen, not
+/// measured.
 const FINER_AT_RIMS: usize = 4;
 
 /// A lens appears in itself only where the ray between is longer than this share of its size: at their rims lenses are
@@ -50,11 +51,11 @@ const MOSTLY: f32 = 0.5;
 /// Appearances through lenses may be off by this much, in pixels, or something else draws them. Chosen, not measured.
 pub(crate) const TOLERANCE_PX: f32 = 1.0;
 
-/// The same for settings with which appearances are many pixels off everywhere: what is missing, or a lens aside.
-/// Chosen, not measured.
+/// Like [`TOLERANCE_PX`], for settings with which appearances are many pixels off everywhere: only missing ones are
+/// found, and those that are a lens away. Chosen, not measured.
 pub(crate) const COARSE_TOLERANCE_PX: f32 = 40.0;
 
-/// What is not right in lenses.
+/// Places and paths at which appearances in lenses are wrong.
 #[derive(Debug, Default)]
 pub(crate) struct WrongInLenses {
     /// Blocks of the picture where lenses that are seen directly are wrong.
@@ -63,7 +64,7 @@ pub(crate) struct WrongInLenses {
     pub(crate) paths: Vec<SpecularPath>,
 }
 
-/// One place of the picture.
+/// The result of the check at one place of the picture.
 struct Checked {
     /// The path of the ray to the first lens on it.
     beginning: SpecularPath,
@@ -134,7 +135,7 @@ pub(crate) fn wrong_in_lenses(
     };
     let paths: Vec<SpecularPath> = counts.iter().filter_map(left).collect();
     let mut blocks = BlockMask::new([view.width, view.height].map(|side| side as usize));
-    // With the places beside it.
+    // The box includes the places beside this one.
     let mut add = |place: Vec2| blocks.add_box(place - 1.5 * spacing_px, place + 1.5 * spacing_px);
     for (index, checked) in checked.iter().filter(|(_, checked)| checked.beginning.bounces.len() == 1) {
         if !checked.is_right {
@@ -149,14 +150,14 @@ pub(crate) fn wrong_in_lenses(
     Ok(WrongInLenses { blocks, paths })
 }
 
-/// What is compared.
+/// The inputs of the check.
 struct Check<'a> {
     projector: &'a dyn VertexProjector,
     specular: &'a Specular<'a>,
     view: &'a View,
     field: ViewField,
     tolerance_px: f32,
-    /// The most bounces of paths that the picture shows.
+    /// The maximum number of bounces of paths that the picture shows.
     order: usize,
 }
 
@@ -171,11 +172,11 @@ impl Check<'_> {
             if !shows_much(path, sample, &samples) {
                 continue;
             }
-            // One for both events.
+            // Both events at the lens are counted together.
             let mut beginning = SpecularPath { bounces: path.bounces[..=first].to_vec() };
             beginning.bounces[first].kind = BounceKind::Reflect;
             let checked = checked.get_or_insert(Checked { beginning, is_right: true, made_up: Vec::new() });
-            // Where the ray meets the lens from within, and what it sees beyond.
+            // Compares where the ray meets the lens from within, and the surface beyond.
             let last = path.bounces.len() - 1;
             if last > first {
                 let met = SpecularPath { bounces: path.bounces[..last].to_vec() };
@@ -233,7 +234,7 @@ impl Check<'_> {
         {
             let block = (place / BLOCK as f32).floor().max(Vec2::ZERO);
             if holes.has(block.x as usize, block.y as usize) {
-                // Not drawn.
+                // Places in holes are not drawn.
                 return;
             }
         }
@@ -317,7 +318,7 @@ fn shows_much(path: &SpecularPath, sample: &RaySample, samples: &[(SpecularPath,
     (0..path.bounces.len()).filter(is_weak).count() <= 1
 }
 
-/// True if something else draws a path: of a lens both events, and what goes on from it.
+/// True if something else draws a path: both events of a lens, and all paths that go on from it.
 fn is_left_out(left_out: &[SpecularPath], path: &SpecularPath) -> bool {
     left_out.iter().any(|left| {
         let Some((last, before)) = left.bounces.split_last() else { return false };

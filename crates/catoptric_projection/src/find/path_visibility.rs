@@ -14,7 +14,7 @@ const CLEARANCE: f64 = 16.0 * f32::EPSILON as f64;
 /// chosen, not measured.
 const MAX_TOUCHES: usize = 16;
 
-/// Tells which paths are free, and what blocks the others.
+/// Visibility of paths: tells which are free, and which object blocks each of the others.
 ///
 /// Segments are tested with single-precision rays (analytic surfaces in double precision). At its bounces a segment
 /// ends a little above the surface, on the side from which it comes, so that neither rounding nor grazing incidence
@@ -29,12 +29,12 @@ pub struct PathVisibility<'a> {
 #[derive(Clone, Copy)]
 struct End {
     point: DVec3,
-    /// It may lie on a surface: touching one there does not block.
+    /// True if the end may lie on a surface: touching one there does not block.
     free: bool,
 }
 
 impl<'a> PathVisibility<'a> {
-    /// Visibility among what blocks: `tracer` holds the scene's reflectors and lenses.
+    /// Visibility among the occluders in `tracer`: the scene's reflectors and lenses.
     pub fn new(scene: &'a Scene, tracer: Tracer) -> Self {
         Self { scene, tracer }
     }
@@ -85,7 +85,8 @@ impl<'a> PathVisibility<'a> {
         }
         let analytic = self.scene.objects[bounce.object as usize].surface.as_ref();
         let of_formula = analytic.and_then(|surface| surface.taylor2(at).normal());
-        // On meshes: of the triangle that the arriving segment meets there; failing that, along the segments.
+        // On meshes this is the normal of the triangle that the arriving segment meets there, else the direction along
+        // the segments.
         of_formula
             .or_else(|| self.normal_of_triangle(bounce.object, at, back))
             .or_else(|| (back - on).try_normalize())

@@ -80,7 +80,7 @@ pub(crate) fn polished(
         return None;
     }
     let sites = solution.sites;
-    // Beyond the border of the first surface stencils end what is seen; nothing ends it beyond those of the others.
+    // Stencils cut the picture at the border of the first surface; at those of the others nothing does.
     let is_within = |k: usize| surfaces.is_within(sites.bounces[k].object, &sites.sites[k]);
     if !(1..sites.count).all(is_within) {
         return None;

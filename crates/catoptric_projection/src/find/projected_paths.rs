@@ -12,8 +12,8 @@ use catoptric_engine::optics::step::{Facing, crossed_medium, medium_after, relat
 use glam::{DMat3, DVec3, Vec3};
 use std::collections::HashMap;
 
-/// How many times a ray may meet an object on its way to the reflection point that is looked for. A bound on time;
-/// chosen, not measured.
+/// The maximum number of times that a ray may meet an object on its way to the reflection point that is looked for. A
+/// bound on time; chosen, not measured.
 const MAX_LAYERS: usize = 8;
 
 /// The appearances that a method finds, completed to paths: the view ray through each is followed over the objects of
@@ -33,7 +33,7 @@ pub struct ProjectedPaths<'a> {
 pub(crate) struct PathFollower<'a> {
     scene: &'a Scene,
     view: &'a View,
-    /// Of each object on the paths, alone.
+    /// A tracer of each object on the paths alone.
     tracers: HashMap<u32, Tracer>,
 }
 

@@ -1,8 +1,8 @@
 //! Reflection points as polynomials in the weights of the four nodes around the eye.
 //!
-//! What is known at the nodes to first order in the eye gives a polynomial of second degree over their tetrahedron:
-//! the mean of what the nodes expect, each half-way on from where it is. Everything is counted from the first node's
-//! values, so that little is lost in single precision.
+//! The nodes' values with their derivatives with respect to the eye give a polynomial of second degree over the
+//! tetrahedron: the weighted mean of the nodes' linear predictions, each over half of the way. Everything is counted
+//! from the first node's values, so that little is lost in single precision.
 
 use glam::{DVec3, Vec3, Vec4};
 
@@ -20,7 +20,7 @@ pub struct FormWeights {
 }
 
 impl FormWeights {
-    /// Of weights whose sum is 1.
+    /// Powers of weights whose sum is 1.
     pub fn new(weights: [f32; CORNERS]) -> Self {
         let mut powers = [0.0; CORNERS - 1 + PAIRS.len()];
         powers[..CORNERS - 1].copy_from_slice(&weights[1..]);
@@ -56,18 +56,19 @@ impl PlaceAndLength {
 pub struct TetrahedronForm {
     first: Vec4,
     corners: [Vec4; CORNERS - 1],
-    /// In [`half_kept`] numbers.
+    /// Coefficients of the products of two weights, as [`half_kept`] numbers.
     bows: [Vec4; PAIRS.len()],
 }
 
-/// The nearest number whose lower half has no bits. What bends is small, and less than half a percent of it is lost.
+/// The nearest number whose lower half has no bits. Coefficients of products are small, and less than half a percent of
+/// them is lost.
 fn half_kept(number: f32) -> f32 {
     f32::from_bits(number.to_bits().saturating_add(0x8000) & 0xFFFF_0000)
 }
 
 impl TetrahedronForm {
-    /// By what is found at the nodes, and what the middle between two of them is off from their mean, times four; by
-    /// the numbers of these two.
+    /// A form from the values at the nodes, and from the deviation of the middle between two nodes, given by their
+    /// numbers, from the mean of their values, times four.
     #[inline]
     pub fn new(corners: [PlaceAndLength; CORNERS], bow: impl Fn(usize, usize) -> PlaceAndLength) -> Self {
         let first = corners[0].all();
@@ -112,7 +113,7 @@ pub struct FormBlock {
 }
 
 impl FormBlock {
-    /// Of [`LANES`] points or fewer, the last of which is there several times then; nothing of none.
+    /// A block of [`LANES`] forms. Of fewer forms the last is repeated; without any, all values are 0.
     pub fn new(forms: &[TetrahedronForm]) -> Self {
         let mut block = Self {
             first: [0.0; 4 * LANES],
@@ -153,7 +154,8 @@ impl FormBlock {
         (place, lengths)
     }
 
-    /// How far from the first node's value one of x, y, z and the length is: as much as a register of sums holds.
+    /// The difference of one of x, y, z and the length from the first node's value: as much as a register of sums
+    /// holds.
     #[inline(always)]
     fn offset(&self, part: usize, weights: &FormWeights) -> [f32; LANES] {
         let (of_corners, of_bows) = weights.powers.split_at(CORNERS - 1);

@@ -1,7 +1,7 @@
 //! Work of projections, counted: a measure of time that is the same on every machine and for every number of threads.
 //!
-//! A frame's work is limited by counts, not by a clock: the same input gives the same pixels. Searches add what they do
-//! where they do it; who gave them something to do reads the count before and after, on the same thread.
+//! A frame's work is limited by counts, not by a clock: the same input gives the same pixels. Searches add their work
+//! on their own thread; their caller reads the count before and after, on the same thread.
 
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -35,19 +35,19 @@ pub struct SharedWork {
     done: AtomicU64,
 }
 
-/// What one thread does of it, since this was made.
+/// The share of one thread in the work, since this was made.
 pub(crate) struct ShareOfWork<'a> {
     whole: &'a SharedWork,
     before: u64,
 }
 
 impl SharedWork {
-    /// None is done yet.
+    /// A limit of work, none of which is done yet.
     pub fn new(limit: u64) -> Self {
         Self { limit, done: AtomicU64::new(0) }
     }
 
-    /// For this thread.
+    /// The share of this thread.
     pub(crate) fn share(&self) -> ShareOfWork<'_> {
         ShareOfWork { whole: self, before: done() }
     }

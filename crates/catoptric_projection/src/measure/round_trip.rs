@@ -24,9 +24,9 @@ use std::collections::{HashMap, HashSet};
 /// View rays that are sent on a round trip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RoundTripOptions {
-    /// The most bounces on a path; beyond [`MAX_BOUNCES`] none are measured.
+    /// The maximum number of bounces on a path; beyond [`MAX_BOUNCES`] none are measured.
     pub order: u32,
-    /// Every n-th pixel of every n-th row; 1 is all.
+    /// The interval of the pixels and rows that are measured; 1: all.
     pub every: u32,
 }
 
@@ -70,7 +70,7 @@ const INVENTED_PX: f64 = 10.0;
 /// Answers nearer to each other than this are one. Chosen, not measured.
 const DOUBLED_PX: f32 = 1.0;
 
-/// What was answered to the questions of one row of pixels, by order.
+/// The answers to the queries of some pixels, for paths of one order.
 #[derive(Clone, Debug, Default)]
 pub struct Answers {
     /// Distances in pixels, infinite where nothing was answered.
@@ -249,7 +249,7 @@ struct Walk<'a> {
     found: Projections,
     follower: &'a PathFollower<'a>,
     size_px: Vec2,
-    /// By order.
+    /// The answers for paths of each order.
     answers: [Answers; MAX_BOUNCES],
 }
 

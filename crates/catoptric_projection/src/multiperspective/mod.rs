@@ -58,7 +58,7 @@ struct PreparedTiles {
     report: Report,
 }
 
-/// One view.
+/// A frame: the prepared method for one view.
 struct TilesFrame<'a> {
     prepared: &'a PreparedTiles,
     view: View,
@@ -140,7 +140,7 @@ impl Frame for TilesFrame<'_> {
 }
 
 impl TilesFrame<'_> {
-    /// What is seen directly.
+    /// The list of the direct view.
     fn seen(&self) -> DrawList {
         let PreparedTiles { scene, quality, .. } = self.prepared;
         raster::scene_draw_list(scene, &self.view, |object| {

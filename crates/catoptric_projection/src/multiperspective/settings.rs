@@ -3,7 +3,7 @@
 use catoptric_engine::method::{declare_choices, declare_settings};
 
 declare_choices! {
-    /// What stands for the rays of a tile.
+    /// The model of the rays of a tile.
     pub enum ModelOfRays {
         /// A bundle: every coordinate a quadratic in the place in the picture.
         Bundles = "bundles",

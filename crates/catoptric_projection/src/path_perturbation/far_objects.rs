@@ -2,9 +2,9 @@
 //! 2000, conclusion: distant objects by a conventional environment map).
 //!
 //! An outgoing ray passes a reflector's centre at a distance `a`. The point that it meets at distance `d` from the
-//! centre lies, seen from there, `asin(a / d)` radians beside the ray's direction. The picture shows that direction
-//! elsewhere: its place moves by so many pixels a radian as the inverse of the change of reflected directions from
-//! pixel to pixel says, which every sample of the ray map holds. The error is the product, in pixels.
+//! centre lies, seen from there, `asin(a / d)` radians beside the ray's direction. The picture shows that direction at
+//! another place, which is off by that angle times the pixels a radian: the inverse of the change of reflected
+//! directions from pixel to pixel, which every sample of the ray map holds. The error is the product, in pixels.
 
 use crate::find::ray_map::{PathRays, RayMap, largest_stretch};
 use catoptric_core::math::Aabb;
@@ -33,9 +33,9 @@ pub(super) struct FarBounds {
 /// The far objects of a view.
 #[derive(Default)]
 pub(super) struct FarObjects {
-    /// Those of each reflector, by object, in ascending order.
+    /// The far objects of each reflector, in ascending order.
     pub(super) of: Vec<Vec<u32>>,
-    /// Those that are projected all the same, since they hide others that are.
+    /// The number of far objects that are projected all the same, since they hide others that are.
     pub(super) kept: u64,
     /// Reflectors that were not looked at, for want of work.
     pub(super) reflectors_left: u64,
@@ -66,7 +66,7 @@ impl Cone {
     /// The cone around a box, all directions if that is wider than a half-space.
     fn around(bounds: &Aabb, center: DVec3) -> Self {
         if bounds.is_empty() {
-            // Nothing, infinitely far away.
+            // An empty object is infinitely far away.
             return Self { bounds: *bounds, axis: DVec3::Z, half_angle: 0.0, nearest: f64::INFINITY, farthest: 0.0 };
         }
         let nearest = center.clamp(bounds.min.as_dvec3(), bounds.max.as_dvec3()).distance(center);
@@ -78,7 +78,7 @@ impl Cone {
         Self { bounds: *bounds, axis, half_angle, nearest, farthest }
     }
 
-    /// How far a step across a direction to the object turns it, at the most.
+    /// The greatest angle by which a step across the direction to the object turns it.
     fn parallax(&self, across: f64) -> f64 {
         parallax(across, self.nearest)
     }
@@ -86,7 +86,8 @@ impl Cone {
     /// True if parts of `other` may be seen behind this object, from anywhere in a reflector's box; the cones are about
     /// that box's centre.
     fn may_hide(&self, other: &Self, reflector: &Aabb) -> bool {
-        // Beyond a plane across an axis that has the reflector on the other side lies all that the object hides.
+        // If a plane across an axis separates the object from the reflector, the object hides only things beyond that
+        // plane.
         let (own, others) = (&self.bounds, &other.bounds);
         let above = own.min.cmpge(reflector.max) & others.max.cmple(own.min);
         let below = own.max.cmple(reflector.min) & others.min.cmpge(own.max);
@@ -162,8 +163,8 @@ impl FarBounds {
         is_seen
     }
 
-    /// The objects that are far from the reflectors and lenses at the ends of a ray map's paths. What reflects is not,
-    /// nor is anything from mirrors that fade with distance, which a map does not have.
+    /// The objects that are far from the reflectors and lenses at the ends of a ray map's paths. Specular objects are
+    /// not far, nor is any object from mirrors that fade with distance, which a map cannot show.
     pub(super) fn far_objects(&self, scene: &Scene, map: &RayMap) -> FarObjects {
         let mut found = FarObjects { of: vec![Vec::new(); scene.objects.len()], ..FarObjects::default() };
         let mut left = MAX_COMPARISONS;
@@ -200,12 +201,12 @@ impl FarBounds {
     }
 }
 
-/// Those of some objects that hide none but each other: a map is seen behind all that is projected.
+/// The candidates that hide no objects but each other: a map is seen behind everything that is projected.
 fn hiding_no_other(candidates: &[u32], cones: &[Cone], reflector: &Aabb) -> Vec<u32> {
     let mut far = candidates.to_vec();
     let mut projected: Vec<u32> =
         (0..cones.len() as u32).filter(|object| candidates.binary_search(object).is_err()).collect();
-    // One that is projected after all may be hidden by others, in turn.
+    // An object that is projected after all may be hidden by others, in turn.
     while let Some(other) = projected.pop() {
         let other = &cones[other as usize];
         far.retain(|&object| {

@@ -62,7 +62,7 @@ const COARSE_PX: (f32, f32) = (1.0, 3.0);
 #[derive(Clone)]
 struct PathPerturbation(PathPerturbationSettings);
 
-/// The rays of a view, and what is far from the reflectors in it.
+/// The rays of a view, and the objects that are far from its reflectors.
 struct ViewRays {
     map: RayMap,
     wrong: WrongInLenses,

@@ -33,8 +33,8 @@ const NEGLIGIBLE_PX: f64 = 0.02;
 /// nearer to another sample, or none passes the point. Chosen, not measured.
 const TRUSTED_REACH: f64 = 3.0;
 
-/// The solver may go this many times the distance to its neighbours away from a sample: what lies there is others'.
-/// Chosen, not measured.
+/// The greatest distance of a solution from its sample, in distances of the sample's neighbours: beyond, other samples
+/// are nearer. Chosen, not measured.
 const SOLVED_REACH: f64 = 3.0;
 
 /// A sample that leads less than this many distances of its neighbours away, with a second order below the square of
@@ -48,15 +48,15 @@ const AS_GOOD_AS_SOLVED_PX: f64 = 0.1;
 /// Chosen, not measured.
 const LARGEST_REST: f64 = 0.75;
 
-/// Beyond this many times the distance to its neighbours an expansion is believed only where no other sample is nearer.
-/// Chosen, not measured.
+/// The distance from a sample, in distances of its neighbours, beyond which its expansion is believed only if no other
+/// sample is nearer. Chosen, not measured.
 const OWN_REACH: f64 = 1.0;
 
 /// Points nearer to their last bounce than this share of the reflector's size lie on it. Chosen, not measured.
 const TOUCHING: f64 = 2e-4;
 
 /// Reflection points further from the sample of their cell than this many times its neighbours lie on another part of
-/// the surface, behind what is seen. Chosen, not measured.
+/// the surface, behind the visible one. Chosen, not measured.
 const SAME_PART_REACH: f64 = 2.5;
 
 /// Last segments that an expansion puts below this share of the least length that counts are not looked at. Chosen, not
@@ -89,9 +89,9 @@ pub(super) struct Perturber<'a> {
     pub(super) settings: &'a PathPerturbationSettings,
     /// Pixels that the ray map has around the picture.
     pub(super) margin_px: f64,
-    /// For every path what becomes of appearances where neighbouring rays disagree.
+    /// The treatment of appearances where neighbouring rays disagree, for every path.
     pub(super) ends: Vec<Ends>,
-    /// For every path the blocks of the picture where they are not looked for.
+    /// The blocks of the picture where appearances are not looked for, for every path.
     pub(super) holes: Vec<BlockMask>,
     /// The size of every object.
     pub(super) sizes: Vec<f64>,
@@ -278,7 +278,7 @@ impl Perturber<'_> {
         let sample = &group.samples[ray as usize];
         let neighbour = sample.neighbour_at(first, sample.rays.second_order(first), Approximation::Quadratic)?;
         let parameters = sample.parameters_of(neighbour.reflection_point);
-        // Where neighbours are, expansions err by the accuracy at the most; errors go by the third power of the way.
+        // Expansions err by at most the accuracy at the neighbours, and errors go by the third power of the distance.
         let distance = group.picture_distance(ray, parameters);
         let error_px = f64::from(self.settings.accuracy_px) * distance.powi(3);
         if error_px > AS_GOOD_AS_SOLVED_PX {
@@ -411,7 +411,7 @@ impl Perturber<'_> {
     }
 }
 
-/// About what an expansion leaves out, in the sample's parameters: its next order.
+/// An estimate of an expansion's remainder, in the sample's parameters: its next order.
 fn left_out(neighbour: &Neighbour, forced: Option<Approximation>) -> DVec2 {
     let Neighbour { linear, remainder, .. } = *neighbour;
     match forced {
@@ -446,7 +446,8 @@ struct PointPath {
 }
 
 impl PointPath {
-    /// The one that an expansion leads to, whose first reflection point has these parameters, and what it leaves out.
+    /// The appearance that an expansion leads to, whose first reflection point has these parameters, and the
+    /// expansion's remainder.
     fn expanded(
         sample: &RaySample,
         neighbour: &Neighbour,

@@ -17,9 +17,9 @@ pub(super) struct Chain {
 /// Start of the rays of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum ChainStart {
-    /// At a point.
+    /// Rays from a point.
     Point(DVec3),
-    /// On a plane through the point, along the direction.
+    /// Rays along the direction, from a plane through the point.
     Parallel(DVec3, DVec3),
 }
 

@@ -1,4 +1,4 @@
-//! The flat mirrors of a scene, and what views show in them: for other processors to draw.
+//! The flat mirrors of a scene, and the views in them, for other processors to draw.
 
 use super::{PlanarMirrorSettings, find, left_out_warning, most_lists};
 use crate::draw::flat_mirrors::{Mirrors, visible_paths};
@@ -23,23 +23,24 @@ pub struct MirrorView {
     pub order: u32,
     /// Moves the scene to where it is seen.
     pub world_from_scene: DAffine3,
-    /// Of points `p` of the scene those are seen for which `plane . (p, 1)`, the distance from the mirror, is above 0.
+    /// The clipping plane: points `p` of the scene are seen if `plane . (p, 1)`, the distance from the mirror, is above
+    /// 0.
     pub plane: DVec4,
 }
 
 impl FlatMirrors {
-    /// All flat mirrors of a scene, and a report of what is none.
+    /// Finds all flat mirrors of a scene; the report has the reflectors that are none.
     pub fn find(scene: &Scene) -> (Self, Report) {
         let (mirrors, report) = find(scene);
         (Self { mirrors }, report)
     }
 
-    /// For every triangle of the scene the number of its mirror, from 1; 0: it is part of none.
+    /// The number of the mirror of every triangle of the scene, from 1; 0: it is part of none.
     pub fn mirror_of_triangle(&self) -> &[u32] {
         &self.mirrors.mirror_of_triangle
     }
 
-    /// What a view shows in mirrors, after up to `order` of them, shorter ways first. What has to be left out is added
+    /// The views in mirrors, after up to `order` of them, shorter paths first. Paths that have to be left out are added
     /// to a report.
     pub fn views(
         &self,

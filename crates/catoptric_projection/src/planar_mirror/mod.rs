@@ -73,7 +73,7 @@ struct PreparedMirrors {
     report: Report,
 }
 
-/// One view.
+/// A frame: the prepared method for one view.
 struct MirrorFrame<'a> {
     prepared: &'a PreparedMirrors,
     view: View,
@@ -107,7 +107,7 @@ impl PreparedMirrors {
     }
 }
 
-/// The flat mirrors of a scene, and what is not drawn as it should be.
+/// The flat mirrors of a scene, and a report of the surfaces that are not drawn as they should be.
 fn find(scene: &Scene) -> (Mirrors, Report) {
     let mut watch = Stopwatch::new();
     let mirrors = Mirrors::find(scene);
@@ -191,7 +191,7 @@ impl Frame for MirrorFrame<'_> {
 }
 
 impl MirrorFrame<'_> {
-    /// What is seen directly, and in mirrors; and the number of copies that are left out.
+    /// The lists of the direct view and of mirrored copies, and the number of copies that are left out.
     fn lists(&self, progress: &dyn Progress) -> Result<(Vec<DrawList>, u64), Cancelled> {
         let PreparedMirrors { scene, quality, mirrors, .. } = self.prepared;
         let (paths, left_out) = self.visible_paths(quality.order);
@@ -208,7 +208,7 @@ impl MirrorFrame<'_> {
     }
 }
 
-/// The most copies of a scene that are drawn in a frame.
+/// The maximum number of copies of a scene that are drawn in a frame.
 fn most_lists(settings: &PlanarMirrorSettings, scene: &Scene) -> usize {
     (MAX_TRIANGLES / scene.triangles.len().max(1)).clamp(1, settings.max_lists as usize)
 }

@@ -1,4 +1,4 @@
-//! All paths over flat mirrors to a point, in closed form.
+//! Search of all paths over flat mirrors to a point, in closed form.
 
 use super::chain::{Chain, ChainStart};
 use super::settings::PlanarMirrorSettings;
@@ -11,7 +11,7 @@ use catoptric_engine::method::projector::{MAX_BOUNCES, SpecularPath};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
-/// More sequences of mirrors than this are refused: each is tried for every point. Chosen, not measured.
+/// The maximum number of sequences of mirrors that are accepted: each is tried for every point. Chosen, not measured.
 const MAX_CHAINS: usize = 1 << 16;
 
 /// Finds all paths over the flat mirrors of a scene: exactly, in double precision. Curved reflectors and lenses
@@ -85,7 +85,7 @@ impl<'a> MirrorSearch<'a> {
         if !chain.planes().iter().zip(bounces).all(on_mirrors) {
             return None;
         }
-        // Where the line from the eye to the image meets the first mirror: x = e + s (p' - e), s = h_e / (h_e - h_p').
+        // The line from the eye to the image meets the first mirror at x = e + s (p' - e), s = h_e / (h_e - h_p').
         let first = &self.mirrors.planes[chain.planes()[0] as usize];
         let (height, depth) = (first.height(self.eye), first.height(unfolded.image));
         let share = height / (height - depth);

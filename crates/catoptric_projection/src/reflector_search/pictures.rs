@@ -78,7 +78,8 @@ impl ReflectorPictures {
         self.seen = search.map(|search| ViewPictures { view: view.clone(), rays, search });
     }
 
-    /// Mirrors `points` into as many of `images`; what the reflector does not show gets an image that is not finite.
+    /// Mirrors `points` into as many of `images`; points that the reflector does not show get images that are not
+    /// finite.
     pub fn virtual_vertices(&self, points: &[Vec3], images: &mut [Vec3]) {
         let Some(seen) = &self.seen else { return images.fill(Vec3::NAN) };
         let reflector = Reflector { index: Some(0), mesh: &self.mesh, rays: &seen.rays, view: Some(&seen.view) };

@@ -10,10 +10,10 @@ use catoptric_core::scene::PreciseView;
 use catoptric_engine::method::Report;
 use catoptric_engine::method::projector::{PathBeginnings, SpecularPath};
 
-/// Fitting cameras takes about so much work for each ray of the map. Measured on meshes of files.
+/// The work of fitting cameras for each ray of the map. Measured on meshes of files.
 const WORK_A_RAY: u64 = 30;
 
-/// And so much for each ray that is traced between them, to fit cameras where they are too few.
+/// The further work for each ray that is traced between them, where they are too few to fit cameras.
 const WORK_A_TRACED_RAY: u64 = 17;
 
 impl RayGrid {

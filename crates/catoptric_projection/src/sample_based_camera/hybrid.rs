@@ -12,10 +12,10 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::method::reflector_maps::{ReflectorMapSettings, ReflectorMaps};
 use catoptric_engine::method::{Report, Settings};
 
-/// Which objects show environment maps because of their names.
+/// True for objects that show environment maps because of their names.
 ///
 /// # Errors
-/// Where names are given that no reflector or lens has.
+/// Names that no reflector or lens has.
 pub(super) fn named(settings: &SampleBasedCameraSettings, scene: &Scene) -> Result<Vec<bool>, RenderError> {
     let fail = |problem: String| RenderError::Setting { method: SampleBasedCameraSettings::METHOD, problem };
     let names = patterns(&settings.environment).map_err(fail)?;
@@ -36,14 +36,14 @@ pub(super) fn named(settings: &SampleBasedCameraSettings, scene: &Scene) -> Resu
     Ok(mapped)
 }
 
-/// Which objects show environment maps, by the settings' rule, in a field of view rays.
+/// True for objects that show environment maps by the settings' rule in a field of view rays.
 ///
 /// # Errors
 /// As for [`named`].
 fn mapped(settings: &SampleBasedCameraSettings, scene: &Scene, field: &dyn RayField) -> Result<Vec<bool>, RenderError> {
     let mut mapped = named(settings, scene)?;
     for object in scene.specular_objects() {
-        // One that reaches behind the eye is not small.
+        // A reflector that reaches behind the eye is not small.
         let small = extent(&scene.objects[object as usize].bounds, field).is_some_and(|[low, high]| {
             (high[0] - low[0]).max(high[1] - low[1]) < f64::from(settings.environment_below_px)
         });
@@ -66,10 +66,10 @@ pub(super) struct MappedReflectors {
 }
 
 impl MappedReflectors {
-    /// Of a view, by the settings' rule, without their maps.
+    /// The mapped reflectors of a view, by the settings' rule, without their maps.
     ///
     /// # Errors
-    /// Where names are given that no reflector or lens has.
+    /// Names that no reflector or lens has.
     pub(super) fn new(
         settings: &SampleBasedCameraSettings,
         scene: &Scene,
@@ -78,7 +78,7 @@ impl MappedReflectors {
         Ok(Self { mapped: mapped(settings, scene, field)?, maps: None })
     }
 
-    /// Those of another view or moment, if they are the same objects.
+    /// True if another view or moment has the same mapped reflectors.
     ///
     /// # Errors
     /// As for [`Self::new`].
@@ -108,7 +108,7 @@ impl MappedReflectors {
         Ok(())
     }
 
-    /// Forgets the maps, which show what has moved.
+    /// Drops the maps, which show objects that have moved.
     pub(super) fn forget(&mut self) {
         self.maps = None;
     }
@@ -139,7 +139,7 @@ fn captured(
     progress: &dyn Progress,
 ) -> Result<ReflectorMaps, RenderError> {
     let settings = ReflectorMapSettings { size: settings.environment_size, ..ReflectorMapSettings::default() };
-    // All reflectors have maps while they are captured: they are seen in each other.
+    // All reflectors have maps during the capture: they are seen in each other.
     let maps = ReflectorMaps::capture(&settings, scene, &scene.specular_objects(), order, progress)?;
     Ok(maps.retaining(mapped))
 }

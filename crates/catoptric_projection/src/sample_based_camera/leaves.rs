@@ -1,4 +1,4 @@
-//! Which leaf draws the reflection in each pixel, for an overlay.
+//! An overlay that shows which leaf draws the reflection in each pixel.
 
 use super::cameras::LeafNumber;
 use super::project::{CameraProjector, TOUCHING};
@@ -13,10 +13,10 @@ use catoptric_engine::method::projector::SpecularPath;
 use glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 
-/// What draws a pixel.
+/// The origin of a pixel's reflection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Drawn {
-    /// Nothing that reflects is seen, or no ray of the map is near.
+    /// The pixel shows nothing that reflects, or no ray of the map is near.
     #[default]
     Nothing,
     /// A leaf of the cameras of a path.
@@ -25,7 +25,7 @@ enum Drawn {
     Tiles,
 }
 
-/// Pixels by what draws the reflection that they show: by which kind of leaf; and the borders between leaves.
+/// An overlay of pixels by the kind of leaf that draws their reflection, and of the borders between leaves.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -75,7 +75,7 @@ pub(super) fn overlay(
     Ok(overlay)
 }
 
-/// The leaf that draws what is seen at a place of the picture, in pixels, on a path.
+/// The leaf that draws the reflection at a place of the picture, in pixels, on a path.
 fn leaf_at(projector: &CameraProjector<'_>, tracer: Option<&Tracer>, path: u32, place: [f64; 2]) -> Option<LeafNumber> {
     let CameraProjector { grid, cameras, scene, paths, sizes, .. } = projector;
     let group = grid.groups.get(path as usize)?;

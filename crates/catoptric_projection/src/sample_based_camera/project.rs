@@ -17,10 +17,11 @@ use std::sync::Arc;
 /// Points nearer to their last bounce than this share of the reflector's size lie on it. Chosen, not measured.
 pub(super) const TOUCHING: f64 = 2e-4;
 
-/// A leaf is believed so far, in cells, beyond the cells of its rays. Chosen, not measured.
+/// The distance beyond the cells of its rays, in cells, up to which a leaf is used. Chosen, not measured.
 const BEYOND_BLOCK: f64 = 0.75;
 
-/// Interpolated projections are accepted so far, in distances of these, from their cell. Chosen, not measured.
+/// The distance from their cell, in spacings of rays, up to which interpolated projections are accepted. Chosen, not
+/// measured.
 const INTERPOLATED_LEEWAY: f64 = 0.4;
 
 /// Two answers of leaves that share a border are one when they are nearer than this many times the accuracy. Chosen,
@@ -31,7 +32,7 @@ const SAME: f32 = 3.0;
 /// Chosen, not measured.
 const SAME_POLISHED_PX: f32 = 0.3;
 
-/// Polish may move an answer by so many cells. Chosen, not measured.
+/// Polish may move an answer by this many cells. Chosen, not measured.
 const POLISH_REACH: f64 = 3.0;
 
 /// An appearance that has moved further than this, in pixels, is not followed. Chosen, not measured.
@@ -48,7 +49,7 @@ pub(super) struct CameraProjector<'a> {
     pub(super) paths: Vec<SpecularPath>,
     /// Paths that have no cameras, because there is too much to do for them.
     pub(super) left_out: &'a [SpecularPath],
-    /// For every path the blocks of the picture where appearances are not looked for.
+    /// The blocks of the picture, for every path, where appearances are not looked for.
     pub(super) holes: Vec<BlockMask>,
     pub(super) eye: Eye,
     pub(super) view: PreciseView,
@@ -66,7 +67,7 @@ pub(super) struct CameraProjector<'a> {
     pub(super) sizes: Vec<f64>,
 }
 
-/// What is kept of an appearance.
+/// A form in which appearances are collected.
 pub(super) trait Appearance {
     /// An appearance, as a camera has found it.
     fn new(projection: Projection, answer: &CameraProjection) -> Self;
@@ -112,13 +113,13 @@ impl VertexProjector for CameraProjector<'_> {
 }
 
 impl CameraProjector<'_> {
-    /// Appends what an appearance continues into at a point near its own.
+    /// Appends the continuation of an appearance at a point near its own.
     pub(super) fn follow_point(&self, one: &Projection, point: Vec3, found: &mut Vec<Projection>) {
         let path = one.path as usize;
         let (Some(cameras), Some(group)) = (self.cameras.get(path), self.grid.groups.get(path)) else { return };
         let mut place = self.cell_of([one.image_px.x.into(), one.image_px.y.into()]);
         let mut first = one.reflection_point.as_dvec3();
-        // In the leaf where the appearance is, and if it has moved out of it in that one.
+        // The leaf of the appearance is asked, then the one that the appearance has moved into.
         for _ in 0..2 {
             let Some(ray) = group.nearest(place) else { break };
             let near =
@@ -223,7 +224,7 @@ impl CameraProjector<'_> {
         point: Vec3,
     ) -> Option<Projection> {
         let group = &self.grid.groups[path as usize];
-        // Where rays are forgotten nothing is polished.
+        // Where rays are not kept nothing is polished.
         let ray = group.rays.get(group.nearest(place)?)?;
         let spacing = self.grid.spacing_px;
         let [x, y] = ray.place.map(|place| (place + 0.5) * spacing);
@@ -276,7 +277,7 @@ impl CameraProjector<'_> {
             let Some([lowest, highest]) = seen.places else { break };
             let (low, high) = (f64::from(lowest[axis]), f64::from(highest[axis]));
             let above = place[axis] > high;
-            // Where the first regular ray beyond is.
+            // `next` is the row or column of the first regular ray beyond.
             let (beyond, next) =
                 if above { (place[axis] - high, high.floor() + 1.0) } else { (low - place[axis], low.ceil() - 1.0) };
             if beyond <= leeway {

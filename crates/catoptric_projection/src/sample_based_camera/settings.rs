@@ -5,8 +5,8 @@ use catoptric_engine::method::{declare_choices, declare_settings};
 use glam::UVec3;
 use globset::{Glob, GlobSet, GlobSetBuilder};
 
-/// Cells of the ray map around the picture: what appears there belongs to triangles that reach into it. Chosen, not
-/// measured.
+/// The margin of the ray map around the picture, in cells: triangles with corners there reach into the picture. Chosen,
+/// not measured.
 pub(super) const MARGIN_CELLS: f32 = 4.0;
 
 /// Rays across a face at the most: all six take some gigabytes then.
@@ -16,7 +16,7 @@ pub(super) const MAX_RAYS: u32 = 2048;
 const NODES: std::ops::RangeInclusive<u32> = 2..=257;
 
 declare_choices! {
-    /// Where cameras stand.
+    /// The places of cameras.
     pub enum Mode {
         /// At the eye: they are built for every view.
         Runtime = "runtime",
@@ -26,7 +26,7 @@ declare_choices! {
 }
 
 declare_choices! {
-    /// What becomes of points that some nodes see and others do not.
+    /// The treatment of points that some nodes see and others do not.
     pub enum Ambiguous {
         /// They are followed beyond the horizons and borders of the others.
         Cured = "cured",
@@ -36,7 +36,7 @@ declare_choices! {
 }
 
 declare_choices! {
-    /// What becomes of a point's appearances at the nodes.
+    /// The way in which a point's appearances at the nodes are blended.
     pub enum Blend {
         /// Ours: made exact, blended with what their derivatives say of the way, and solved from the eye where that is
         /// not accurate.
@@ -178,10 +178,10 @@ impl SampleBasedCameraSettings {
     }
 }
 
-/// The names that are given, as patterns.
+/// The given names as patterns.
 ///
 /// # Errors
-/// What is wrong with one of them.
+/// Says what is wrong with one of them.
 pub(super) fn patterns(names: &str) -> Result<GlobSet, String> {
     let mut set = GlobSetBuilder::new();
     for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
@@ -193,7 +193,7 @@ pub(super) fn patterns(names: &str) -> Result<GlobSet, String> {
 /// The numbers of nodes along x, z and y that a text such as `17x17x8` gives.
 ///
 /// # Errors
-/// What is wrong with it.
+/// Says what is wrong with the text.
 pub fn node_counts(text: &str) -> Result<UVec3, String> {
     let parts: Vec<Option<u32>> = text.split('x').map(|part| part.trim().parse().ok()).collect();
     let allowed = |count: &u32| NODES.contains(count);

@@ -318,7 +318,7 @@ fn through_slab(scene: &Scene, view: &View, order: u32) -> Vec<PathGeometry> {
     all
 }
 
-/// Both sides of a slab of tinted, absorbing glass over a coated floor.
+/// A slab of tinted, absorbing glass over a coated floor, from both sides.
 fn glass_scene() -> Scene {
     let mut builder = SceneBuilder::new();
     let checker = builder.checker("checker", 6, [40, 60, 90], [230, 220, 200]);
@@ -408,7 +408,7 @@ fn where_nothing_is_drawn_the_environment_is_seen() {
 
 #[test]
 fn both_branches_at_a_surface_before_empty_space() {
-    // One sheet of glass in the sky, viewed straight on: the weights of Fresnel's equations alone.
+    // A sheet of glass in the sky, viewed straight on, has the weights of Fresnel's equations alone.
     let mut builder = SceneBuilder::new();
     let glass = builder.material(Material::glass("glass", 1.5));
     builder.quad("sheet", Vec3::new(-9.0, -9.0, 0.0), Vec3::X * 18.0, Vec3::Y * 18.0, glass);

@@ -80,7 +80,7 @@ fn errors_fall_with_larger_maps_more_spheres_and_finer_triangles() {
         let coarse = scene(&format!("sphere_room?tess={tess}"));
         median_px(&coarse, "virtual_vertex = 'mirrored'\nlongest_edge = 10.0")
     });
-    // With the square of the edges.
+    // Errors go by the square of the edges.
     assert!(triangles[1] < 0.35 * triangles[0] && triangles[2] < 0.35 * triangles[1], "{triangles:?}");
 }
 
@@ -92,7 +92,7 @@ fn two_spheres_blend_the_images_of_a_vertex() {
     assert!(trips.p50.is_some_and(|p50| p50 < 16.0) && trips.p99.is_some_and(|p99| p99 < 30.0), "{trips:?}");
 }
 
-/// One by one and many at once, points have the same images, and these move as their changes predict.
+/// Points have the same images one by one and many at once, and these move as their derivatives predict.
 #[test]
 fn blended_images_move_as_predicted() {
     let scene = scene("sphere_room?tess=64");
@@ -122,7 +122,7 @@ fn blended_images_move_as_predicted() {
             let seen = view.pixel_of(*image).expect("it is before the eye");
             assert!(seen.distance(one.image_px) < 0.05, "{seen}, not {}", one.image_px);
             let by = next.image_px - one.image_px;
-            // From texel to texel images jump.
+            // Images jump from texel to texel.
             jumps += u32::from(one.predicted(step).distance(next.image_px) > 0.05 * by.length() + 0.01);
             compared += 1;
         }

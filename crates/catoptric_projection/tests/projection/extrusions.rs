@@ -159,7 +159,7 @@ fn vertices_are_mirrored_by_the_profile() {
         let middle = (point + image) * 0.5;
         let [eye, image, normal, middle] = [eye, image, normal, middle].map(|vector| back * vector);
         assert!(normal.y.abs() < 1e-3, "{normal}");
-        // That plane touches the cylinder, and the view ray meets it where it does.
+        // The tangent plane touches the cylinder at the point where the view ray meets it.
         let normal = Vec2::new(normal.x, normal.z).normalize();
         let offset = normal.dot(Vec2::new(middle.x, middle.z));
         assert!((offset - 0.5).abs() < 2e-3, "{offset}");

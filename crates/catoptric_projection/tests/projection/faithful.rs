@@ -5,9 +5,9 @@ use catoptric::methods::projection::measure::round_trip::RoundTripOptions;
 use catoptric_testkit::drawing::{draw, picture, reflector_error, round_trips_in, scene};
 use catoptric_testkit::scenes::sphere_in_room;
 
-/// Of each method its settings, and how far its appearances may be off in half of the pixels of a ball in a room,
-/// 120 x 90 pixels: blends of two spheres bend the room (ten pixels of 640 x 480). There are 40 x 30 samples, as in the
-/// paper.
+/// The methods with their settings, and the greatest error of their appearances in half of the pixels of a ball in a
+/// room, 120 x 90 pixels: blends of two spheres bend the room (ten pixels of 640 x 480). There are 40 x 30 samples, as
+/// in the paper.
 const FAITHFUL: [(&str, &str, f64); 5] = [
     ("path_perturbation", "preset = 'faithful'\nspacing_px = 3\nfinest_px = 3", 0.2),
     ("sample_based_camera", "preset = 'faithful'", 0.3),
@@ -28,7 +28,7 @@ fn no_tiles_are_drawn_and_appearances_are_about_where_they_are() {
         let drawn = draw(method, settings, &scene, &view, quality);
         let counts = &drawn.report.counts;
         assert!(!counts.contains_key("tiles") && counts["paths"] == 1, "{method}, {settings}: {:?}", drawn.report);
-        // What is not drawn is black.
+        // Parts that are not drawn are black.
         let error = reflector_error(&drawn.picture, &truth, &scene, &view);
         assert!(error.over_0_1 < 0.7, "{method}, {settings}: {error:?}");
         let trips = round_trips_in(method, &scene, settings, &view, EVERY_THIRD).all;
@@ -37,7 +37,8 @@ fn no_tiles_are_drawn_and_appearances_are_about_where_they_are() {
     }
 }
 
-/// On meshes that are not convex, with several bounces, and where work runs out: coarser, but by nothing else.
+/// Hard cases, meshes that are not convex, several bounces, and work that runs out, are drawn coarser, but by the
+/// method alone.
 #[test]
 fn no_tiles_are_drawn_of_what_is_hard() {
     for (name, order) in [("vase?tess=8", 1), ("two_spheres?tess=12", 2)] {
@@ -51,8 +52,8 @@ fn no_tiles_are_drawn_of_what_is_hard() {
     }
 }
 
-/// Its own cameras see a ball to a hundredth of a pixel; the mean of four views of it, from cells a third of the ball's
-/// size away, does not, and the solved one does.
+/// The method's own cameras see a ball to a hundredth of a pixel; the mean of four views of it, from cells a third of
+/// the ball's size away, does not, and the solved one does.
 #[test]
 fn the_mean_of_nodes_is_nothing_but_that() {
     let scene = sphere_in_room(true);

@@ -1,4 +1,4 @@
-//! Objects far from reflectors that path perturbation shows by maps: their places, what hides what, what is kept.
+//! Objects far from reflectors that path perturbation shows by maps: their places, occlusion, and maps that are kept.
 
 #![allow(clippy::print_stdout)] // the README's numbers
 
@@ -73,8 +73,8 @@ fn misplacement_px(projector: &dyn VertexProjector, scene: &Scene, object: usize
     misplaced.reduce(f32::max)
 }
 
-/// No more objects go to the map than are misplaced by at most the bound, and at least a third of those that are
-/// misplaced by less than half of it: bins of directions and boxes count for what is worst in them.
+/// At most the objects that are misplaced by no more than the bound go to the map, and at least a third of those that
+/// are misplaced by less than half of it: bins of directions and boxes count for the worst in them.
 #[test]
 fn far_objects_are_those_that_look_ups_by_direction_show_in_their_places() {
     let scene = surroundings().build();
@@ -131,15 +131,15 @@ fn far_objects_that_hide_projected_ones_are_projected() {
     let scene = builder.build();
     let view = scene.default_view(320, 240);
     let [plain, mapped] = [0.0, 0.5].map(|far_px| drawn(&scene, &view, far_px));
-    // Some stand beyond the ground's corners.
+    // A few far objects stand beyond the ground's corners.
     let counts = &mapped.report.counts;
     assert!(counts["far_objects_projected"] > 10 * counts["far_objects"], "{counts:?}");
     let error = reflector_error(&mapped.picture, &plain.picture, &scene, &view);
     assert!(error.over_0_1 < 2e-3, "{error:?}");
 }
 
-/// A near object that moves, and an eye that moves by less than what changes which objects are far, leave the map as it
-/// is; far ones that move do not.
+/// A near object that moves, and an eye that moves by less than would change the set of far objects, leave the map as
+/// it is; far ones that move do not.
 #[test]
 fn maps_are_kept_for_as_long_as_the_far_objects_stay() {
     let scene = with_sky(surroundings().build());

@@ -79,7 +79,7 @@ fn no_part_of_an_egg_of_glass_is_drawn_wrong_without_a_word() {
 #[test]
 #[ignore = "slow: cargo xtask check-all --only slow"]
 fn no_part_of_a_ball_of_glass_is_drawn_wrong_without_a_word() {
-    // What the method draws itself may be off by a pixel: by parts of the narrow squares here.
+    // The method's own drawing may be off by a pixel: by parts of the narrow squares here.
     assert_lens_is_right_or_told(Vec3::ONE, &[("", 0.01), ("work = 150.0", 0.03)]);
 }
 

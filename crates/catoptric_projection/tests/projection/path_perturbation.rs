@@ -62,7 +62,8 @@ fn without_reflectors_and_at_order_zero_pictures_are_those_of_the_reference() {
     }
 }
 
-/// What the automatic order leaves out is negligible: 0.02 pixels; on flat mirrors that is often all of the second.
+/// The terms that the automatic order leaves out are negligible: 0.02 pixels; on flat mirrors these are often all of
+/// second order.
 #[test]
 fn the_automatic_order_is_as_near_as_the_second() {
     for (spec, least_share) in [("sphere_room?surface=analytic&tess=24", 0.0), ("planar_mirror", 0.4)] {
@@ -80,7 +81,7 @@ fn the_automatic_order_is_as_near_as_the_second() {
         let (mut compared, mut unequal, mut first_order, mut worst_px) = (0, 0, 0, 0.0f32);
         for number in 0..scene.positions.len() {
             let ([one], [other]) = (auto.of(number), quadratic.of(number)) else {
-                // Where a reflector ends a little decides.
+                // At the end of a reflector small differences decide.
                 unequal += u32::from(auto.of(number).len() != quadratic.of(number).len());
                 continue;
             };

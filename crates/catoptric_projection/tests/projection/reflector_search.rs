@@ -35,7 +35,7 @@ fn a_lens_refracts_through_both_faces() {
     assert!(through.invented < 1e-3 && through.doubled < 1e-3, "{found:?}");
 }
 
-/// For an eye at its centre a flat mirror is edge-on.
+/// A flat mirror is edge-on for an eye at its centre.
 #[test]
 fn flat_mirrors_have_cube_maps_too() {
     let found = measured("reflector_search", &scene("planar_mirror"), "images = 'cube'", 2, 2);
@@ -54,7 +54,7 @@ fn faces_of_a_slab_are_distinguished() {
 #[test]
 #[ignore = "slow: cargo xtask check-all --only slow"]
 fn errors_fall_with_larger_pictures() {
-    // Finer than the texels: what is left is theirs.
+    // The mesh is finer than the texels: the rest of the error is theirs.
     let fine = scene("sphere_room?tess=160");
     for images in ["eye", "cube"] {
         let p99 = |size: u32| {

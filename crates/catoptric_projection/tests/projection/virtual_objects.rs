@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// The goal of the methods on convex reflectors.
 #[test]
 fn two_steps_of_polish_make_every_kind_of_start_exact() {
-    // From two spheres alone the start may be so far off that the solver gets nowhere.
+    // With only two spheres the start may be so far off that the solver gets nowhere.
     let starts = [
         ("explosion_map", "preset = 'balanced'", 1e-3),
         ("explosion_map", "preset = 'fast'", 1e-3),
@@ -23,7 +23,7 @@ fn two_steps_of_polish_make_every_kind_of_start_exact() {
         ("reflector_search", "images = 'cube'", 5e-3),
         ("reflector_search", "refine = 'texel'", 5e-3),
     ];
-    // At the size of the goal.
+    // These views have the size of the project's goal.
     for spec in ["sphere_room?tess=48", "sphere_room?surface=analytic", "ellipsoid", "two_spheres?tess=48"] {
         let scene = scene(spec);
         for (id, start, missing) in starts {
@@ -34,8 +34,8 @@ fn two_steps_of_polish_make_every_kind_of_start_exact() {
     }
 }
 
-/// On sheets that end, points that no ray of theirs meets do not appear: appearances are in the direction of their
-/// reflection point, but for a few pixels beside silhouettes.
+/// Sheets that end show no points that none of their rays meets: appearances lie in the direction of their reflection
+/// point, but for a few pixels beside silhouettes.
 #[test]
 fn nothing_appears_far_from_its_reflection_point() {
     let scene = scene("car");
@@ -69,7 +69,7 @@ fn lengths_are_optical() {
     let scene = scene("lens?distance=0.8");
     let view = scene.default_view(320, 240);
     let quality = Quality { samples: 1, order: 2 };
-    // Beyond the lens, on its axis and beside it.
+    // The points lie beyond the lens, on its axis and beside it.
     let lens = scene.objects[scene.specular_objects()[0] as usize].bounds;
     let away = (lens.center() - view.eye()).normalize();
     let points = [0.0, 0.02, 0.05].map(|aside| lens.center() + away * 0.5 + Vec3::Y * aside);
@@ -123,7 +123,7 @@ fn reflections_of_moving_things_glide() {
             for start in [Vec3::new(1.2, 0.1, 0.3), Vec3::new(0.3, 0.9, -1.0), Vec3::new(-1.0, -0.4, -0.9)] {
                 let mut before = None;
                 for frame in 0..60 {
-                    // All the way around, behind the ball as well.
+                    // The points go all the way around, behind the ball as well.
                     let turn = Quat::from_rotation_y(frame as f32 * std::f32::consts::TAU / 60.0);
                     let point = center + turn * start;
                     let mut found = Projections::default();
@@ -131,7 +131,7 @@ fn reflections_of_moving_things_glide() {
                     let found = found.all();
                     assert!(found.len() <= 1, "a convex mirror shows a point once: {found:?}");
                     if let (Some((old_point, old)), Some(new)) = (before, found.first()) {
-                        // Half-way between what both ends predict: exact to second order.
+                        // The mean of both ends' predictions is exact to second order.
                         let old: Projection = old;
                         let step = point - old_point;
                         let ahead = old.predicted(step) - old.image_px;
@@ -231,7 +231,7 @@ fn an_eye_in_a_mirror_ball_sees_what_is_in_it() {
     }
 }
 
-/// At the centre of a hollow ball that the eye is near to, all rays meet: more cells hold that place than are searched.
+/// All rays meet at the centre of a hollow ball that the eye is near to: more cells hold that place than are searched.
 #[test]
 fn cells_that_are_not_searched_are_counted() {
     let mut builder = SceneBuilder::new();

@@ -19,17 +19,17 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use table::{LayersBatch, UnitTable};
 
-/// The layout of a unit's bytes. The first unit has the shells. What is seen from a centre is, of a face, the bits of
-/// the least depth, the steps of codes as a power of two and the distance of the nearest thing, then the codes of every
-/// texel, front and back; and where textures are projected these. Textures are texels of four half floats, level after
-/// level from the finest; the lowest byte of each number comes first. Also how all of this is found: the version
-/// changes with what units hold.
+/// The layout of a unit's bytes. The first unit has the shells. A unit of surfaces has, for a face, the bits of the
+/// least depth, the steps of codes as a power of two and the distance of the nearest surface, then the codes of every
+/// texel, front and back; and the textures if these are projected. Textures are texels of four half floats, level after
+/// level from the finest; the lowest byte of each number comes first. Also how all of this is computed: the version
+/// changes with the contents of units.
 const PAYLOAD_VERSION: u32 = 8;
 
-/// How much smaller the pictures of an estimate are.
+/// The factors by which the pictures of an estimate are smaller.
 const ESTIMATE_SHARES: [u32; 2] = [6, 3];
 
-/// How much smaller the textures of an estimate are.
+/// The factor by which the textures of an estimate are smaller.
 const ESTIMATED_TEXTURE_SHARE: u32 = 4;
 
 /// Settings that projected textures do not depend on.
@@ -40,7 +40,7 @@ pub(super) struct LayersWork<'a> {
     scene: &'a Scene,
     settings: LayeredEnvironmentMapSettings,
     order: u32,
-    /// Found when it is needed: not where a finished bake is compared with what is asked for.
+    /// Made when it is needed: not to compare a finished bake with the settings.
     known: OnceLock<LayerGeometry>,
 }
 
@@ -107,7 +107,7 @@ impl BakeWork for LayersWork<'_> {
     }
 
     fn units(&self) -> Result<Vec<BakeUnit>, RenderError> {
-        // Of textures that are inferred, what is seen from the centre, and what is made.
+        // Inferred textures are in memory together with those projected from the centre.
         let made_at_once = if self.settings.textures == Textures::Inferred { 2 } else { 1 };
         self.known().check_memory(&self.settings, made_at_once)?;
         Ok(self.table().units())
@@ -153,7 +153,7 @@ impl LayersMaker<'_> {
         Inference { scene, settings, known }.infer(part, &self.projected(part)?, viewpoint, &Silent)
     }
 
-    /// Time that one core takes for what is seen from a part's centre.
+    /// Time that one core takes for the surfaces seen from a part's centre, in seconds.
     fn capture_core_secs(&self, part: usize) -> f64 {
         let share = ESTIMATED_TEXTURE_SHARE.min(self.work.settings.size / 8);
         let settings =

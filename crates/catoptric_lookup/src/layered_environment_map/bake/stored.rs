@@ -46,7 +46,7 @@ fn shell_words(shell: &Shell) -> [u32; SHELL_WORDS] {
     words
 }
 
-/// `None` for what is no shell.
+/// `None` for words that are no shell.
 fn shell_of(words: &[u32; SHELL_WORDS]) -> Option<Shell> {
     let [kind, numbers @ ..] = words;
     let numbers = numbers.map(f32::from_bits);
@@ -153,7 +153,7 @@ impl BakedLayers {
         Ok(Self { units: units.clone(), table, groups, parts })
     }
 
-    /// All its units.
+    /// The units of the bake.
     pub(crate) fn units(&self) -> Arc<dyn Baked> {
         self.units.clone()
     }
@@ -173,7 +173,7 @@ impl BakedLayers {
         Ok(known)
     }
 
-    /// Layers of every part, with what is seen from their centres.
+    /// Layers of every part, with the surfaces seen from their centres.
     ///
     /// # Errors
     /// [`RenderError::Limit`] for bytes that are no depths.

@@ -1,7 +1,7 @@
-//! Which units the bake of layers has, and of how many bytes.
+//! The table of a bake of layers: its units, and their sizes in bytes.
 //!
-//! The first unit has the shells. Then come the surfaces of every part: of each layer and face the depths, and where
-//! textures are projected these too. Inferred textures follow, of every part, viewpoint, layer and face.
+//! The first unit has the shells. Then come the surfaces of every part: the depths of each layer and face, and its
+//! texture if textures are projected. Inferred textures follow, for every part, viewpoint, layer and face.
 
 use crate::layered_environment_map::settings::{LayeredEnvironmentMapSettings, Textures};
 use crate::layered_environment_map::shell::Shell;
@@ -10,23 +10,23 @@ use crate::layered_environment_map::textures::texture::TEXEL_BYTES;
 use catoptric_engine::method::bake::BakeUnit;
 use std::ops::Range;
 
-/// Bytes before the depths of a face: what their codes count from and in which steps, and how far away the nearest
-/// thing is, for the whole layer.
+/// Bytes before the depths of a face: the base and the steps of their codes, and the distance of the nearest surface,
+/// for the whole layer.
 pub(super) const DEPTHS_HEAD_BYTES: usize = 12;
 
-/// What is made at once.
+/// A batch: the units that are made at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LayersBatch {
     /// The shells of all layers.
     Shells,
-    /// What is seen from the centre, of every layer and face of a part.
+    /// The surfaces that are seen from the centre, of every layer and face of a part.
     Surfaces {
-        /// Its number.
+        /// The number of the part.
         part: usize,
     },
     /// The inferred textures of every layer and face of a part.
     Textures {
-        /// Its number.
+        /// The number of the part.
         part: usize,
         /// The viewpoint that they are for.
         viewpoint: u32,
@@ -36,7 +36,7 @@ pub enum LayersBatch {
 /// The units of a bake.
 #[derive(Clone, Debug)]
 pub struct UnitTable {
-    /// Of every part of every layer its faces.
+    /// The number of faces of every layer of every part.
     faces: Vec<Vec<u32>>,
     /// The groups, which are the first parts; another one is the layer that they share.
     groups: usize,
@@ -50,7 +50,7 @@ pub struct UnitTable {
 }
 
 impl UnitTable {
-    /// Of the shells of every part, which take `shells_bytes`, and of so many viewpoints.
+    /// The table of parts with these shells, which take `shells_bytes`, and of so many viewpoints.
     pub fn new<'a>(
         settings: &LayeredEnvironmentMapSettings,
         parts: impl Iterator<Item = Vec<&'a Shell>>,
@@ -77,7 +77,7 @@ impl UnitTable {
         }
     }
 
-    /// Bytes of a face's depths, before its texture in a unit of what is seen from the centre.
+    /// Bytes of a face's depths, before its texture in a unit of surfaces.
     pub(super) fn depths_bytes(&self) -> usize {
         self.depths_bytes
     }
@@ -91,7 +91,7 @@ impl UnitTable {
         self.faces[part].iter().sum::<u32>() as usize
     }
 
-    /// All batches in the order of their units.
+    /// The batches in the order of their units.
     pub fn batches(&self) -> impl Iterator<Item = LayersBatch> + '_ {
         let parts = 0..self.faces.len();
         let surfaces = parts.clone().filter(|_| self.surface_bytes > 0).map(|part| LayersBatch::Surfaces { part });
@@ -101,7 +101,7 @@ impl UnitTable {
         std::iter::once(LayersBatch::Shells).chain(surfaces).chain(parts.flat_map(textures))
     }
 
-    /// How many units a batch has.
+    /// The number of units of a batch.
     fn unit_count_of(&self, batch: LayersBatch) -> usize {
         match batch {
             LayersBatch::Shells => 1,

@@ -6,21 +6,22 @@ use crate::layered_environment_map::textures::maps::Layer;
 use catoptric_core::math::portable::PortableMath;
 use glam::Vec3;
 
-/// What is this far from anything that pictures read, in degrees at the centre, counts in full. Chosen, not measured.
+/// The distance from everything that pictures read, in degrees at the centre, from which on texels count in full.
+/// Chosen, not measured.
 const SURELY_MISSING_DEG: f32 = 5.0;
 
-/// No texel.
+/// The number of a missing texel.
 const NONE: u32 = u32::MAX;
 
-/// Which texels of a layer's finest level pictures read, or nearly read.
+/// The texels of a layer's finest level that pictures read, or nearly read.
 pub struct Missing<'a> {
     layer: &'a Layer,
-    /// Of every texel one that is read and about the nearest; none: [`NONE`].
+    /// For every texel one that is read and about the nearest; [`NONE`] if no picture reads any.
     nearest: Vec<u32>,
 }
 
 impl<'a> Missing<'a> {
-    /// Of pictures.
+    /// Finds the texels that pictures read.
     pub fn from<'b>(layer: &'a Layer, pictures: impl IntoIterator<Item = &'b Observations>) -> Self {
         let layout = &layer.texture.layout;
         let mut missing = Self { layer, nearest: vec![NONE; layout.finest_count()] };
@@ -31,7 +32,7 @@ impl<'a> Missing<'a> {
                 reached.push(texel);
             }
         }
-        // From texel to texel, away from those that are read.
+        // The search goes from texel to texel, away from those that are read.
         while !reached.is_empty() {
             let mut next = Vec::new();
             for texel in reached {
@@ -48,7 +49,7 @@ impl<'a> Missing<'a> {
         missing
     }
 
-    /// From 0, where pictures read a texel, to 1, where they read nothing near it.
+    /// The likelihood that pictures miss a texel: 0 where they read it, to 1 where they read nothing near it.
     pub fn likelihood(&self, texel: u32) -> f32 {
         match self.nearest.get(texel as usize) {
             Some(&NONE) => 1.0,
@@ -57,7 +58,7 @@ impl<'a> Missing<'a> {
         }
     }
 
-    /// In degrees at the centre, between texels.
+    /// The angle between texels at the centre, in degrees.
     fn angle(&self, a: u32, b: u32) -> f32 {
         let Layer { shell, texture, .. } = self.layer;
         let towards = |texel: u32| shell.towards(texture.layout.middle_of(texel)).normalize_or(Vec3::X);

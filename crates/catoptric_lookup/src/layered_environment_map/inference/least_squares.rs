@@ -1,4 +1,4 @@
-//! Textures whose look-ups come closest to what was seen: sparse least squares for four channels at once.
+//! Textures whose look-ups come closest to the observed radiance: sparse least squares for four channels at once.
 
 use catoptric_core::parallel;
 use glam::{DVec4, Vec4};
@@ -35,7 +35,7 @@ impl Equations {
         self.values.push(value * confidence);
     }
 
-    /// All equations of several systems.
+    /// Joins the equations of several systems.
     pub fn joined(systems: impl IntoIterator<Item = Self>) -> Self {
         let mut all = Self::default();
         for system in systems {
@@ -48,7 +48,7 @@ impl Equations {
         all
     }
 
-    /// How many there are.
+    /// The number of equations.
     pub(crate) fn len(&self) -> usize {
         self.ends.len()
     }
@@ -59,7 +59,8 @@ impl Equations {
         start as usize..self.ends[row] as usize
     }
 
-    /// The same terms by texels, of which there are `count`: where each one's end, their equations, and their weights.
+    /// The terms by texels, of which there are `count`: the end of each texel's terms, their equations, and their
+    /// weights.
     fn transposed(&self, count: usize) -> Self {
         let mut ends = vec![0u32; count + 1];
         for texel in &self.texels {
@@ -77,7 +78,7 @@ impl Equations {
                 *place += 1;
             }
         }
-        // Every start has moved to where the texel's terms end.
+        // Every start has moved to the end of its texel's terms.
         ends.pop();
         Self { ends, texels, weights, values: Vec::new() }
     }
@@ -113,9 +114,9 @@ fn add(to: &mut [Vec4], of: &[Vec4], by: Vec4) {
 /// Residual of a solution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residual {
-    /// The root of the mean square of what equations are off by, before: with the texels that were expected.
+    /// The root mean square of the residuals before the solution, with the expected texels.
     pub before: f64,
-    /// The same after.
+    /// The root mean square of the residuals after the solution.
     pub after: f64,
     /// Steps that were taken.
     pub steps: u32,
@@ -124,9 +125,9 @@ pub struct Residual {
 /// When the solution is near enough.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
-    /// This many steps were taken.
+    /// The maximum number of steps.
     pub most_steps: u32,
-    /// The gradient's length has become this share of what it was.
+    /// The length of the gradient, as a share of that at the start.
     pub gradient: f64,
 }
 

@@ -23,18 +23,18 @@ use glam::Vec4;
 use least_squares::{Equations, Residual, Stop, solve};
 use observations::{Observation, Observations, Observer};
 
-/// How much a texel is held to its expected value, against pixels that count by the squares of their shares in it. With
-/// a fifth of this textures of viewpoints that are inferred together get noisy, with twenty times of it they stay what
-/// was expected.
+/// The weight that holds a texel to its expected value, against pixels that count by the squares of their shares in it.
+/// With a fifth of this textures of viewpoints that are inferred together get noisy, with twenty times of it they stay
+/// at their expected values.
 const TRUST: f32 = 0.005;
 
-/// How much texels of coarser levels are held to be means of finer ones. Without it what one level has too much of the
-/// next has too little of, and levels that no picture reads keep what was expected: pictures at other sizes are noisy.
+/// The weight that holds texels of coarser levels to the means of finer ones. Without it an excess in one level is a
+/// lack in the next, and levels that no picture reads keep their expected values: pictures at other sizes are noisy.
 /// Chosen, not measured.
 const COUPLING: f32 = 1.0;
 
-/// How much pictures from beside a viewpoint count against that from itself: they tell what that does not show, and
-/// should not blur what it does. Chosen, not measured.
+/// The weight of pictures from beside a viewpoint against the picture from itself: they show parts that it does not
+/// show, and should not blur those that it does. Chosen, not measured.
 const NEIGHBOUR_WEIGHT: f32 = 0.3;
 
 /// Weight of surfaces that others of their group hide, against those that a viewpoint shows: as of pictures from beside
@@ -47,8 +47,8 @@ const CRITERIA: Criteria = Criteria { tau_px: 2.0, least_cosine: 0.998_629_5, ed
 /// When a texture is good enough. Chosen, not measured.
 pub const STOP: Stop = Stop { most_steps: 100, gradient: 1e-4 };
 
-/// Pictures of each viewpoint, each one half as large as the one before: smaller ones say what the coarser levels of
-/// textures are. Chosen, not measured.
+/// Pictures of each viewpoint, each one half as large as the one before: smaller ones determine the coarser levels of
+/// textures. Chosen, not measured.
 const PICTURE_SIZES: u32 = 3;
 
 /// Observations whose equations a thread makes at once. A size for threads; chosen, not measured.
@@ -124,7 +124,7 @@ impl Inference<'_> {
         })
     }
 
-    /// Of every layer of a part the equations of all pictures of a viewpoint: those of all groups that look it up.
+    /// The equations of every layer of a part, from all pictures of a viewpoint: those of all groups that look it up.
     ///
     /// # Errors
     /// Errors of the rasteriser.
@@ -142,7 +142,7 @@ impl Inference<'_> {
         let (sharpest, direct) = (2 * settings.neighbours as usize + 1, settings.direct.is_from_viewpoint());
         let pictures = sharpest * PICTURE_SIZES as usize;
         let stage = Stage::begin(progress, "looking at layers", groups.len() * (pictures + usize::from(direct)))?;
-        // Pictures of the finest size, as far as what they miss is to be filled in.
+        // Pictures of the finest size, if texels that they miss are to be filled in.
         let mut seen = Vec::new();
         for group in groups.clone() {
             self.with_observer(group, |observer| {
@@ -195,7 +195,7 @@ impl Inference<'_> {
         Ok(systems)
     }
 
-    /// Calls with what makes pictures of a group.
+    /// Calls `work` with the observer of a group.
     pub fn with_observer<R>(&self, number: usize, work: impl FnOnce(&Observer<'_>) -> R) -> R {
         let Self { scene, settings, known } = *self;
         let group = &known.groups[number];
@@ -220,8 +220,8 @@ impl Inference<'_> {
     }
 }
 
-/// What look-ups of a layer should give: the rendering matrix with what was seen of the layer of a number, as much as
-/// each counts.
+/// The equations of a layer's look-ups: the rendering matrix, with the observed radiance of the layer of a number on
+/// the right-hand side, each weighted by its count.
 pub fn equations(
     layer: &Layer,
     observations: &Observations,

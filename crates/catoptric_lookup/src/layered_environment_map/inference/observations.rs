@@ -31,16 +31,16 @@ pub struct Observation {
     pub ray: Ray,
     /// The change of the ray from pixel to pixel.
     pub change: RayDifferential,
-    /// From 0 to 1: less where the rays of a pixel go apart.
+    /// Confidence from 0 to 1: less where the rays of a pixel go apart.
     pub confidence: f32,
 }
 
 /// Observations of a picture.
 #[derive(Clone, Debug, Default)]
 pub struct Observations {
-    /// All of them.
+    /// The observations.
     pub list: Vec<Observation>,
-    /// Observation after observation, of every layer what is seen: radiance times opacity, and opacity.
+    /// The observed values of every layer, observation after observation: radiance times opacity, and opacity.
     seen: Vec<Vec4>,
     layers: usize,
 }
@@ -84,7 +84,7 @@ impl Observer<'_> {
                 let surface = seen.at(x, y as u32);
                 let Some(blend) = surface.and_then(|surface| mesh.blend(surface)) else { continue };
                 for first in BounceKind::BOTH {
-                    // Where paths take different ways, rays of a pixel go apart: that would count nothing.
+                    // Paths that take different ways make the rays of a pixel go apart: they would count nothing.
                     let Some((path, change)) = blend.path(first as usize) else { continue };
                     if let Some(leaving) = path.leaving {
                         let pixel = [x, y as u32];
@@ -99,10 +99,10 @@ impl Observer<'_> {
         Observations::joined(layers, rows)
     }
 
-    /// Observations of the parts of the group that others hide in a picture: rays from the eye go on through what they
-    /// meet, to whatever faces them behind that (Hakura, Snyder 2001, figure 4b).
+    /// Observations of the parts of the group that others hide in a picture: rays from the eye go on through their
+    /// first hit, to the next surface that faces them (Hakura, Snyder 2001, figure 4b).
     ///
-    /// Neighbouring rays are traced: there is no adaptive mesh of what is hidden.
+    /// Neighbouring rays are traced: hidden parts have no adaptive mesh.
     pub fn observe_hidden(&self, view: &View) -> Observations {
         let layers = self.strata.count;
         let rows = parallel::map_collect(view.height as usize, |y| {
@@ -141,8 +141,8 @@ impl Observer<'_> {
         HiddenSurfaces { direction: ray.direction, points: faced.take(MAX_HIDDEN).collect() }
     }
 
-    /// What is around the group as a view that looks at its centre shows it without the group: rays begin where they
-    /// pass the plane through the centre, as those that go straight through a lens.
+    /// Observes the surroundings of the group without the group, in a view that looks at its centre: rays begin where
+    /// they pass the plane through the centre, as those that go straight through a lens.
     pub(crate) fn observe_directly(&self, view: &View) -> Observations {
         let layers = self.strata.count;
         let (eye, center) = (view.eye(), self.strata.around.center);
@@ -177,7 +177,7 @@ impl Observer<'_> {
         })
     }
 
-    /// Appends what a pixel shows, where its rays (as they are around the group) leave in about one direction.
+    /// Appends the observation of a pixel, where its rays (as they are around the group) leave in about one direction.
     fn pixel(&self, observation: Observation, rays: &[Ray], found: &mut Observations) {
         let (layers, count) = (found.layers, self.samples.isqrt());
         let confidence = confidence(rays);
@@ -231,8 +231,8 @@ pub(crate) fn differences(ray: &Ray, right: &Ray, below: &Ray) -> RayDifferentia
     }
 }
 
-/// By the largest angle between rays' directions: 1 where they are one, 0 from the threshold on, or where there are
-/// none.
+/// The confidence by the largest angle between rays' directions: 1 if they are equal, 0 from the threshold on, or
+/// without rays.
 pub fn confidence(rays: &[Ray]) -> f32 {
     if rays.is_empty() {
         return 0.0;

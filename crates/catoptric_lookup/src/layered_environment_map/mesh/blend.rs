@@ -7,8 +7,8 @@ use catoptric_engine::light::two_path_tracer::SpecularChain;
 use catoptric_engine::raster::LayerSurface;
 use glam::{Mat2, Vec2, Vec3};
 
-/// How paths change over a triangle of the mesh: of each corner its share at a fragment, and how that changes from
-/// pixel to pixel.
+/// The change of paths over a triangle of the mesh: each corner's share at a fragment, and the changes of the shares
+/// from pixel to pixel.
 pub(crate) struct PathBlend<'a> {
     paths: [&'a [SpecularChain; 2]; 3],
     shares: Vec3,

@@ -51,7 +51,7 @@ pub struct Criteria {
     pub(crate) tau_px: f32,
     /// Directions are alike whose angle has at least this cosine.
     pub(crate) least_cosine: f32,
-    /// What is seen where paths take different ways.
+    /// The treatment of pixels where paths take different ways.
     pub(crate) edges: Edges,
 }
 
@@ -80,11 +80,11 @@ pub(crate) fn same_way(a: &SpecularChain, b: &SpecularChain) -> bool {
 /// The mesh of one view.
 #[derive(Clone, Debug, Default)]
 pub struct AdaptiveMesh {
-    /// Where every vertex is in the picture.
+    /// The place of every vertex in the picture.
     pub points: Vec<PicturePoint>,
     /// Paths of every vertex, by reflection and by refraction.
     pub paths: Vec<[SpecularChain; 2]>,
-    /// All parts of patches, which are triangles.
+    /// The parts of patches, which are triangles.
     pub leaves: Vec<PatchLeaf>,
     /// Rays that were traced.
     pub ray_count: u64,
@@ -93,7 +93,7 @@ pub struct AdaptiveMesh {
 /// A vertex before it is traced.
 #[derive(Clone, Copy)]
 struct Vertex {
-    /// The same for all vertices at this place.
+    /// A number that all vertices at this place have in common.
     place: u32,
     source: u32,
     at: Vec2,
@@ -139,7 +139,7 @@ pub fn drawn(
     let mut lists = vec![list_of(false), list_of(true)];
     let visible = VisibleTriangles::of(scene, view, quality.samples, &lists, 1)?;
     let mesh = refined(scene, view, welds, paths, criteria, &visible, progress)?;
-    // What is in the mesh is drawn as that alone; other triangles of lenses are not seen, but for rounding.
+    // Triangles in the mesh are drawn by it alone; other triangles of lenses are not visible, but for rounding.
     lists[1].triangles.retain(|triangle| !visible.shows(triangle.source));
     lists.push(mesh.draw_list(scene, criteria.edges));
     Ok((lists, mesh))
@@ -157,7 +157,7 @@ impl AdaptiveMesh {
         let triangle = |(number, leaf): (usize, &PatchLeaf)| {
             let object = scene.triangle_objects[leaf.source as usize];
             let alpha_tested = scene.is_alpha_tested(object);
-            // What a pixel shows of a patch is shaded once, whatever the number of triangles in it.
+            // A pixel shades a patch once, whatever the number of triangles in it.
             let patch = if self.is_blended(leaf) || edges != Edges::Traced { object + 1 } else { 0 };
             DrawTriangle { vertices: leaf.vertices, source: leaf.source, group: number as u32, patch, alpha_tested }
         };
@@ -170,7 +170,7 @@ impl AdaptiveMesh {
     }
 }
 
-/// The mesh of what is seen of the reflectors and lenses with paths.
+/// The mesh of the visible parts of reflectors and lenses with paths.
 fn refined(
     scene: &Scene,
     view: &View,
@@ -180,7 +180,7 @@ fn refined(
     visible: &VisibleTriangles,
     progress: &dyn Progress,
 ) -> Result<AdaptiveMesh, Cancelled> {
-    // How many rounds there will be is unknown.
+    // The number of rounds is not known yet.
     let stage = Stage::begin(progress, "refining the mesh", 0)?;
     let mut refiner = Refiner {
         scene,
@@ -313,7 +313,7 @@ impl Refiner<'_, '_> {
         [reflected, refracted]
     }
 
-    /// Which edges of a triangle are to be divided, because rays through its corners leave differently and the edges
+    /// The edges of a triangle that are to be divided, because rays through its corners leave differently and the edges
     /// are long; edge k is from corner k to the next.
     fn cuts(&self, leaf: &PatchLeaf) -> [bool; 3] {
         let [a, b, c] = leaf.vertices.map(|vertex| &self.mesh.paths[vertex as usize]);
@@ -342,7 +342,7 @@ impl Refiner<'_, '_> {
         })
     }
 
-    /// Which edges have been divided.
+    /// The edges that have been divided.
     fn divided(&self, leaf: &PatchLeaf) -> [bool; 3] {
         let places = leaf.vertices.map(|vertex| self.vertices[vertex as usize].place);
         std::array::from_fn(|edge| self.middles.contains_key(&ordered(places[edge], places[(edge + 1) % 3])))
@@ -382,7 +382,7 @@ impl Refiner<'_, '_> {
                 put(middles);
             }
             2 => {
-                // The corner between the divided edges is cut off; what is left has four corners.
+                // The corner between the divided edges is cut off; the rest has four corners.
                 let whole = cuts.iter().position(|cut| !cut).unwrap_or(0);
                 let (after, before) = (self.middle(leaf, (whole + 1) % 3), self.middle(leaf, (whole + 2) % 3));
                 put([corner(whole + 2), before, after]);

@@ -1,4 +1,4 @@
-//! Which triangles a picture shows, and where.
+//! The triangles that a picture shows, with their pixels.
 
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::progress::Silent;
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 pub(crate) struct VisibleTriangles {
     width: u32,
     height: u32,
-    /// Of every pixel one that it shows; none: [`NOTHING`].
+    /// A triangle that each pixel shows; [`NOTHING`] if it shows none.
     pixels: Vec<AtomicU32>,
     /// Flags of all triangles of the scene.
     is_seen: Vec<AtomicBool>,
@@ -35,7 +35,8 @@ impl FragmentShader for Presence<'_> {
 }
 
 impl VisibleTriangles {
-    /// Of those of one list (its index) before those of all lists, whose sources are the scene's triangles.
+    /// Finds the visible triangles of one list (its index) in front of those of all lists, whose sources are the
+    /// scene's triangles.
     ///
     /// # Errors
     /// Errors of the rasteriser.
@@ -50,8 +51,8 @@ impl VisibleTriangles {
         let pixels = (0..width as usize * height as usize).map(|_| AtomicU32::new(NOTHING)).collect();
         let is_seen = (0..scene.triangles.len()).map(|_| AtomicBool::new(false)).collect();
         let found = Self { width, height, pixels, is_seen };
-        // Every pixel is one thread's, and what is written of triangles is the same whoever does it: so results do not
-        // depend on the number of threads.
+        // Every pixel belongs to one thread, and flags of triangles are set alike by any thread: results do not depend
+        // on the number of threads.
         raster::for_each_seen(view, samples, lists, list, &Presence(scene), |[x, y], triangle| {
             found.pixels[(y * width + x) as usize].store(triangle.source, Ordering::Relaxed);
             found.is_seen[triangle.source as usize].store(true, Ordering::Relaxed);
@@ -64,7 +65,7 @@ impl VisibleTriangles {
         self.is_seen[triangle as usize].load(Ordering::Relaxed)
     }
 
-    /// Whether a part of a triangle may be seen: a pixel of the box about it shows the triangle, or one of its corners
+    /// True if a part of a triangle may be seen: a pixel of the box about it shows the triangle, or one of its corners
     /// lies before the near plane.
     pub(crate) fn shows_part(&self, triangle: u32, corners: [PicturePoint; 3], near: f32) -> bool {
         if corners.iter().any(|corner| corner.depth < near) {
@@ -103,7 +104,7 @@ impl FragmentShader for Keeper<'_> {
     fn shade(&self, fragment: &Fragment<'_>) -> Vec3 {
         if let Some(surface) = fragment.chain.first() {
             let place = fragment.position.as_uvec2();
-            // With one sample a pixel has one fragment.
+            // A pixel has one fragment, as there is one sample.
             self.found.pixels[(place.y * self.found.width + place.x) as usize].get_or_init(|| *surface);
         }
         Vec3::ZERO

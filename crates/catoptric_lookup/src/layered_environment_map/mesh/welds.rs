@@ -6,9 +6,9 @@ use catoptric_core::surface::mesh::weld::{NormalRule, Welder};
 /// Key under which vertices are welded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Weld {
-    /// The same for vertices of one object at one place, with one normal: the same rays leave there.
+    /// A number that all vertices of one object at one place with one normal have in common: the same rays leave there.
     pub(crate) vertex: u32,
-    /// The same for vertices at one place.
+    /// A number that all vertices at one place have in common.
     pub(crate) place: u32,
 }
 
@@ -17,7 +17,7 @@ pub(crate) struct Weld {
 pub struct Welds {
     /// Number of the welded vertex of every vertex of the scene.
     welds: Vec<Weld>,
-    /// How many places there are.
+    /// The number of places.
     pub(crate) places: u32,
 }
 

@@ -1,5 +1,5 @@
-//! Layers as they are seen from the middle of their shells: textures that are projected, not inferred, and how far
-//! away what they show is.
+//! Layers as they are seen from the middle of their shells: textures that are projected, not inferred, and their
+//! depths.
 
 use super::distant_geometry::LayerSpecs;
 use super::layers::LayerSpec;
@@ -30,7 +30,7 @@ impl CaptureTarget<'_> {
     }
 }
 
-/// Layers without textures; none of them knows more of what it shows than its shell where `settings` say so.
+/// Layers without textures: shells, with depths if `settings` ask for them.
 fn bare_layers(
     settings: &LayeredEnvironmentMapSettings,
     apart: &LayerSpecs<'_>,
@@ -62,7 +62,8 @@ pub(crate) fn projected_layers(
     Ok(layers)
 }
 
-/// Which layers are seen by the same rays: all that are looked up by directions, and each of the others alone.
+/// The groups of layers that are seen by the same rays: all that are looked up by directions, and each of the others
+/// alone.
 fn seen_together(strata: &[LayerSpec]) -> Vec<Vec<usize>> {
     let is_around = |number: &usize| matches!(strata[*number].shell, Shell::Around(_));
     let (around, alone): (Vec<usize>, Vec<usize>) = (0..strata.len()).partition(is_around);
@@ -70,14 +71,14 @@ fn seen_together(strata: &[LayerSpec]) -> Vec<Vec<usize>> {
     around.into_iter().chain(alone.into_iter().map(|number| vec![number])).collect()
 }
 
-/// How many rows [`of_texels`] works out.
+/// The number of rows that [`of_texels`] works out.
 fn row_count(strata: &[LayerSpec], size: u32) -> usize {
     let faces = |together: &Vec<usize>| strata[together[0]].shell.layout(size).faces();
     seen_together(strata).iter().map(|together| (faces(together) * size) as usize).sum()
 }
 
-/// Something of every texel of every layer's finest level. `fill` is told the texel (face, column, row) and, as bits,
-/// the layers whose values it is to set, of which there are as many as layers.
+/// Values of every texel of every layer's finest level. `fill` is told the texel (face, column, row) and, as bits, the
+/// layers whose values it is to set, of which there are as many as layers.
 fn of_texels<T: Copy + Send + Sync>(
     strata: &[LayerSpec],
     size: u32,
@@ -142,7 +143,7 @@ fn textures(
     Ok(strata.iter().zip(texels).map(texture).collect())
 }
 
-/// How far away what layers show in their texels' middles is, and how far it reaches behind that.
+/// The depths of layers in the middles of their texels: the begin and the end of the surface there.
 fn depths(
     apart: &LayerSpecs<'_>,
     strata: &[LayerSpec],

@@ -9,16 +9,16 @@ use catoptric_engine::light::path_tracer::{PathModel, PathTracer};
 use catoptric_engine::light::tracer::Tracer;
 use glam::{Vec3, Vec4};
 
-/// Surfaces that a ray passes by looking for another; behind so many nothing is looked for. A bound on time; chosen,
+/// Surfaces that a ray passes by looking for another; behind this many nothing is looked for. A bound on time; chosen,
 /// not measured.
 const MAX_SURFACES: usize = 64;
 
-/// How much further than a surface that was met the next one is looked for, as a share of its distance. Chosen well
-/// above rounding, not measured.
+/// The distance beyond a surface hit from which on the next surface is searched, as a share of the hit's distance.
+/// Chosen well above rounding, not measured.
 const FURTHER: f32 = 1e-5;
 
-/// The same as a share of the scene's diagonal, for surfaces that rays start from: the middle of a flat mirror lies on
-/// it. Chosen well above rounding, not measured.
+/// Like [`FURTHER`], as a share of the scene's diagonal, for surfaces that rays start from: the middle of a flat mirror
+/// lies on it. Chosen well above rounding, not measured.
 const FURTHER_OF_SCENE: f32 = 1e-6;
 
 /// A surface on the way of a ray.
@@ -29,19 +29,19 @@ struct ShellCrossing {
     is_faced: bool,
 }
 
-/// All that is not in a group, or in none.
+/// The surroundings of a group, or of the groups that share a layer: all objects that are in none of these.
 #[derive(Clone, Copy)]
 pub(crate) struct DistantGeometry<'a> {
     pub(crate) scene: &'a Scene,
     /// Hierarchy of all objects, those of the group included.
     pub(crate) everything: &'a Tracer,
-    /// The group's objects, ascending.
+    /// The objects of the groups, ascending.
     pub(crate) within: &'a [u32],
-    /// The group that it surrounds.
+    /// The centre of the group.
     pub(crate) center: Vec3,
 }
 
-/// All surfaces of a tracer along a ray, one behind the other, from either side; no more than [`MAX_SURFACES`].
+/// The surfaces of a tracer along a ray, one behind the other, from either side; no more than [`MAX_SURFACES`].
 pub(crate) fn further_hits<'a>(scene: &'a Scene, tracer: &'a Tracer, ray: Ray) -> impl Iterator<Item = Hit> + use<'a> {
     let (mut near, least) = (0.0, FURTHER_OF_SCENE * scene.bounds.diagonal());
     let all = std::iter::from_fn(move || {
@@ -53,13 +53,13 @@ pub(crate) fn further_hits<'a>(scene: &'a Scene, tracer: &'a Tracer, ray: Ray) -
 }
 
 impl<'a> DistantGeometry<'a> {
-    /// The surfaces along a ray, one behind the other: what it is stopped by, and whatever faces it behind that.
+    /// The surfaces along a ray, one behind the other: the first hit, and the surfaces behind it that face the ray.
     fn hits(self, ray: Ray) -> impl Iterator<Item = (SurfaceInteraction, Hit)> + use<'a> {
         let all = self.all_hits(ray).enumerate();
         all.filter(|(order, met)| *order == 0 || met.is_faced).map(|(_, met)| (met.encounter, met.hit))
     }
 
-    /// All surfaces along a ray, one behind the other, from either side.
+    /// The surfaces along a ray, one behind the other, from either side.
     fn all_hits(self, ray: Ray) -> impl Iterator<Item = ShellCrossing> + use<'a> {
         let all = further_hits(self.scene, self.everything, ray);
         let others = all.filter(move |hit| !self.holds(hit.object(self.scene)));
@@ -75,7 +75,7 @@ impl<'a> DistantGeometry<'a> {
         self.within.binary_search(&object).is_ok()
     }
 
-    /// Appends what a ray that leaves the group meets.
+    /// Appends the hits of a ray that leaves the group.
     pub(crate) fn meet(self, number: u32, ray: &Ray, meetings: &mut Vec<LayerHit>) {
         meetings.extend(self.hits(*ray).map(|(encounter, _)| {
             let position = encounter.point.position - self.center;
@@ -89,7 +89,7 @@ pub(crate) struct LayerSpecs<'a> {
     pub(crate) around: DistantGeometry<'a>,
     /// Number of the layer of every object.
     layer_of: Vec<Option<u32>>,
-    /// How many layers there are.
+    /// The number of layers.
     pub(crate) count: usize,
     /// Events on the paths from them.
     order: u32,
@@ -98,7 +98,7 @@ pub(crate) struct LayerSpecs<'a> {
 }
 
 impl<'a> LayerSpecs<'a> {
-    /// Of layers, the nearest first.
+    /// The objects of layers, the nearest layer first.
     pub(crate) fn new<'b>(
         around: DistantGeometry<'a>,
         strata: impl IntoIterator<Item = &'b LayerSpec>,
@@ -120,7 +120,7 @@ impl<'a> LayerSpecs<'a> {
         hits.filter_map(|(encounter, hit)| Some((self.layer_of[encounter.point.object as usize]? as usize, hit)))
     }
 
-    /// What is seen by a ray where it hits something: radiance with 1.
+    /// The radiance along a ray from a hit, with opacity 1.
     fn look(&self, ray: &Ray, change: Option<&RayDifferential>, hit: &Hit) -> Vec4 {
         let DistantGeometry { scene, everything, .. } = self.around;
         let encounter = everything.encounter(scene, ray, hit, change);
@@ -128,13 +128,13 @@ impl<'a> LayerSpecs<'a> {
         paths.radiance_from(*ray, change.copied(), &encounter).extend(1.0)
     }
 
-    /// All layers, as bits.
+    /// A bit for each layer.
     pub(crate) fn all(&self) -> u32 {
         (1 << self.count) - 1
     }
 
-    /// Calls, for the wanted layers (as bits), with what a ray that leaves the group meets first of each: from the
-    /// front (or from behind, as the first of all things).
+    /// Calls `met` with the first hit, on each of the wanted layers (as bits), of a ray that leaves the group: from the
+    /// front (or from behind, as the first of all surfaces).
     pub(crate) fn each_first(&self, ray: &Ray, wanted: u32, mut met: impl FnMut(usize, &Hit)) {
         let mut waiting = wanted;
         if waiting == 0 {
@@ -151,8 +151,8 @@ impl<'a> LayerSpecs<'a> {
         }
     }
 
-    /// Calls, for the wanted layers (as bits), with how far away what a ray meets first of each is, twice; and once
-    /// more with how far away the ray leaves that thing again, where it is a solid.
+    /// Calls `met`, for each of the wanted layers (as bits), with the distance of a ray's first hit, twice; and once
+    /// more with the distance at which the ray leaves that object again, where it is a solid.
     pub(crate) fn each_depth(&self, ray: &Ray, wanted: u32, mut met: impl FnMut(usize, [f32; 2])) {
         let (mut waiting, mut within) = (wanted, [None; MAX_LAYERS]);
         if waiting == 0 {
@@ -186,8 +186,8 @@ impl<'a> LayerSpecs<'a> {
         }
     }
 
-    /// Adds, for the wanted layers (as bits), what a ray that leaves the group sees of each: radiance with 1, or
-    /// nothing where it meets none of the layer's things.
+    /// Adds, for each of the wanted layers (as bits), the radiance along a ray that leaves the group, with opacity 1;
+    /// nothing where it meets none of the layer's objects.
     pub(crate) fn add_seen(&self, ray: &Ray, change: Option<&RayDifferential>, wanted: u32, seen: &mut [Vec4]) {
         self.each_first(ray, wanted, |layer, hit| seen[layer] += self.look(ray, change, hit));
     }

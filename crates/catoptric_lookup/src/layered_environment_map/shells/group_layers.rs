@@ -30,8 +30,8 @@ pub struct GroupLayers {
 }
 
 impl GroupLayers {
-    /// Of a group, with paths of up to `order` events, and what rays through it meet; `everything` is the hierarchy of
-    /// all objects.
+    /// A group with its layers, for paths of up to `order` events, and the hits of rays through it; `everything` is the
+    /// hierarchy of all objects.
     pub(crate) fn new(
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,
@@ -52,7 +52,7 @@ impl GroupLayers {
 }
 
 impl GroupLayers {
-    /// Of a group whose layers come from a bake: what is in them is not known.
+    /// A group whose layers come from a bake: their objects are not known.
     pub(crate) fn of_shells(
         settings: &LayeredEnvironmentMapSettings,
         scene: &Scene,

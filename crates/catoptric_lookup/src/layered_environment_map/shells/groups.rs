@@ -17,7 +17,7 @@ pub struct LensGroup {
 }
 
 impl LensGroup {
-    /// All groups of a scene: what is in its region is one, and so are others whose boxes overlap.
+    /// The groups of a scene: reflectors and lenses in its region are one, and so are others whose boxes overlap.
     pub fn all(scene: &Scene) -> Vec<Self> {
         let regions = Regions::of(scene, 0.0);
         let specular = scene.specular_objects();

@@ -28,7 +28,7 @@ use std::ops::Range;
 pub struct PartShells {
     /// The centre, in world space.
     pub center: Vec3,
-    /// All shells.
+    /// The shells of all layers.
     pub shells: Vec<Shell>,
 }
 
@@ -130,7 +130,7 @@ impl LayerGeometry {
         self.group_of[object as usize].map(|group| group as usize)
     }
 
-    /// The same of all objects.
+    /// The number of each object's group.
     pub(crate) fn group_of_objects(&self) -> &[Option<u32>] {
         &self.group_of
     }
@@ -152,7 +152,7 @@ impl LayerGeometry {
         (0..self.part_count()).map(|part| self.projected_part(settings, scene, part, progress)).collect()
     }
 
-    /// The same of one part.
+    /// The layers of one part, captured from the centre of their shells.
     pub(crate) fn projected_part(
         &self,
         settings: &LayeredEnvironmentMapSettings,
@@ -182,7 +182,7 @@ impl LayerGeometry {
         LayerSpecs::new(around, strata, self.order.saturating_sub(1), settings.continued)
     }
 
-    /// How many parts there are, whose layers are made together: the groups, and last the layer that they share.
+    /// The number of parts, whose layers are made together: the groups, and last the layer that they share.
     pub(crate) fn part_count(&self) -> usize {
         self.groups.len() + usize::from(self.shared.is_some())
     }
@@ -215,7 +215,7 @@ impl LayerGeometry {
         of_part(group).iter().chain(shared).collect()
     }
 
-    /// How many viewpoints each part has.
+    /// The number of viewpoints of each part.
     pub(crate) fn viewpoint_count(&self) -> u32 {
         self.groups.first().map_or(0, |group| group.viewspace.count())
     }

@@ -1,4 +1,4 @@
-//! Which things around a group of reflectors and lenses share a layer, and what stands in for it.
+//! The assignment of objects around a group of reflectors and lenses to layers, and the shells that stand in for them.
 
 use super::merging::merged_by_shape;
 use crate::layered_environment_map::settings::{Clustering, Shells};
@@ -12,14 +12,14 @@ pub struct LayerHit {
     pub ray: u32,
     /// The object that is met.
     pub object: u32,
-    /// From the group's centre.
+    /// The hit's position, from the group's centre.
     pub position: Vec3,
 }
 
 /// Steps after which clusters are as good as they get. A bound on time; chosen, not measured.
 const MAX_STEPS: usize = 100;
 
-/// A layer: what is in it, and what stands in for it.
+/// A layer: its objects, and the shell that stands in for them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerSpec {
     /// The objects that it shows.
@@ -29,7 +29,7 @@ pub struct LayerSpec {
 }
 
 impl LayerSpec {
-    /// A layer of a bake, of which no one asks what is in it.
+    /// A layer of a bake, whose objects are not needed.
     pub(crate) fn of_shell(shell: &Shell) -> Self {
         Self { objects: Vec::new(), shell: *shell }
     }
@@ -37,9 +37,9 @@ impl LayerSpec {
 
 /// The layers about a group, the nearest first; at most `count`.
 ///
-/// Each thing goes whole to one layer. Of several meetings of a ray with a layer the first one counts for where its
-/// shell is (Hakura, Snyder 2001, section 4.2). Things that no ray meets (`others`, with their distances) go to the
-/// nearest layer.
+/// Each object goes whole to one layer. The first of several hits of a ray on a layer counts for the place of its shell
+/// (Hakura, Snyder 2001, section 4.2). Objects that no ray meets (`others`, with their distances) go to the nearest
+/// layer.
 pub fn strata(
     meetings: &[LayerHit],
     others: &[(u32, f32)],
@@ -151,8 +151,7 @@ fn members<'a>(sorted: &'a [f32], centers: &[f32]) -> Vec<&'a [f32]> {
     centers.iter().enumerate().map(own).collect()
 }
 
-/// Centers moved to the means of what is nearest to them, until they stay. Those that nothing is nearest to are left
-/// out.
+/// Centres moved to the means of the values nearest to them, until they stay. Centres without such values are left out.
 fn settled(sorted: &[f32], mut centers: Vec<f32>) -> Vec<f32> {
     for _ in 0..MAX_STEPS {
         let own = members(sorted, &centers).into_iter().filter(|own| !own.is_empty());

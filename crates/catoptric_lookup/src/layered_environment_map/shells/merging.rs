@@ -1,4 +1,4 @@
-//! Which things share a layer, by the shapes that stand in for them.
+//! The assignment of objects to layers by the shapes that stand in for them.
 
 use crate::layered_environment_map::settings::Shells;
 use crate::layered_environment_map::shell::Shell;
@@ -8,19 +8,17 @@ use glam::Vec3;
 /// Points of all things together that shapes are fitted to, about. A bound on time; chosen, not measured.
 const MAX_POINTS: usize = 3000;
 
-/// Points of a thing, at least, where it has so many. Chosen, not measured.
+/// Points of a thing, at least, where it has this many. Chosen, not measured.
 const MIN_POINTS: usize = 8;
 
 /// Clusters in the beginning, at most: neighbours by distance begin together where things are more. A bound on time;
 /// chosen, not measured.
 const MAX_CLUSTERS: usize = 32;
 
-/// Of things, each with its points (from the centre), the number of the cluster that each goes to; at most `count`
-/// clusters.
+/// The number of each object's cluster, from the objects' points (from the centre); at most `count` clusters.
 ///
-/// Each thing has a cluster of its own, and of all pairs that is merged, again and again, whose common shell is worse
-/// than its two by the least: by what things are shifted for an eye beside the centre, which is the difference of the
-/// inverse distances.
+/// Each object starts as a cluster of its own. Then, again and again, the pair is merged whose common shell adds the
+/// least error to its two: the parallax for an eye beside the centre, which is the difference of the inverse distances.
 pub fn merged_by_shape(things: &[Vec<Vec3>], count: usize, shells: Shells) -> Vec<usize> {
     let total: usize = things.iter().map(Vec::len).sum();
     let stride = total.div_ceil(MAX_POINTS).max(1);
@@ -42,7 +40,7 @@ pub fn merged_by_shape(things: &[Vec<Vec3>], count: usize, shells: Shells) -> Ve
             Cluster::new(things_of.to_vec(), points, shells)
         })
         .collect();
-    // What each pair loses; of pairs with removed clusters it is never looked at.
+    // The error that merging a pair adds; pairs with removed clusters are never looked at.
     let loss = |clusters: &[Cluster], a: usize, b: usize| {
         let both = clusters[a].joined(&clusters[b], shells);
         both.error - clusters[a].error - clusters[b].error

@@ -1,4 +1,4 @@
-//! One farthest layer for several groups: its texture is kept once (Hakura, Snyder 2001, section 4.3).
+//! A farthest layer that several groups share: its texture is kept once (Hakura, Snyder 2001, section 4.3).
 
 use super::group_layers::GroupLayers;
 use super::layers::{LayerHit, LayerSpec, first_met};
@@ -16,8 +16,8 @@ pub(crate) struct SharedLayer {
 }
 
 impl SharedLayer {
-    /// Takes what is in the farthest layers of all groups out of these (what else is in them joins the next ones); each
-    /// group has its own meetings with what is around it. None where there is no such thing, or a single group.
+    /// Takes the objects that are in the farthest layers of all groups out of these (the rest of them joins the next
+    /// layers); each group has its own hits on its surroundings. `None` if there is no such object, or a single group.
     pub(crate) fn taken_from(groups: &mut [GroupLayers], meetings: &[Vec<LayerHit>], shells: Shells) -> Option<Self> {
         let [first, others @ ..] = &*groups else { return None };
         let is_farthest =
@@ -40,7 +40,7 @@ impl SharedLayer {
             if rest.objects.is_empty() {
                 continue;
             }
-            // What else was farthest joins what is next.
+            // The group's other farthest objects join the next layer.
             rest.objects.extend(group.strata.pop().into_iter().flat_map(|next| next.objects));
             rest.objects.sort_unstable();
             rest.shell = Shell::fit(shells, &first_met(meetings, &rest.objects));

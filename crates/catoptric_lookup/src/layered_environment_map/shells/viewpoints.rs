@@ -10,7 +10,7 @@ use std::f32::consts::TAU;
 /// The widest picture of a group, in degrees. Chosen, not measured.
 const WIDEST_DEG: f32 = 100.0;
 
-/// How much wider than the group a picture of it is. Chosen, not measured.
+/// The width of a picture of the group, in widths of the group. Chosen, not measured.
 const MARGIN: f32 = 1.02;
 
 /// Eyes of a grid look down or up no steeper than this, in degrees. Chosen, not measured.
@@ -23,7 +23,7 @@ const MIN_SHARE: f32 = 1.0 / 512.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viewspace {
     center: Vec3,
-    /// From the centre to the eye of the scene's first camera.
+    /// The vector from the centre to the eye of the scene's first camera.
     arm: Vec3,
     shape: ViewspaceShape,
     /// Viewpoints in a row.
@@ -69,7 +69,7 @@ impl Viewspace {
         Self { center, arm, shape, columns: count }
     }
 
-    /// How many there are.
+    /// The number of viewpoints.
     pub fn count(&self) -> u32 {
         match &self.shape {
             ViewspaceShape::Circles(heights) => self.columns * heights.len() as u32,
@@ -77,7 +77,7 @@ impl Viewspace {
         }
     }
 
-    /// One of them, and places between them: `offset` is in steps along a row.
+    /// The eye of a viewpoint, or a place between viewpoints: `offset` is in steps along a row.
     pub fn eye(&self, number: u32, offset: f32) -> Vec3 {
         let (row, column) = (number / self.columns, (number % self.columns) as f32 + offset);
         match &self.shape {
@@ -120,14 +120,14 @@ impl Viewspace {
             (number(0, 1), (1.0 - part.x) * part.y),
             (number(1, 1), part.x * part.y),
         ];
-        // Nothing that is not a number gets by, and nothing that no one would see.
+        // Shares that are not numbers are left out, and those too small to be seen.
         let seen = shares.into_iter().filter(|(_, share)| *share > MIN_SHARE);
         let sum: f32 = seen.clone().map(|(_, share)| share).sum();
         seen.map(|(number, share)| (number, share / sum)).collect()
     }
 }
 
-/// How high above the horizon, in radians.
+/// The angle above the horizon, in radians.
 fn elevation(arm: Vec3) -> f32 {
     arm.y.arc_tangent2(Vec2::new(arm.x, arm.z).length())
 }

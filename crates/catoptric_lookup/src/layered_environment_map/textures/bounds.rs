@@ -36,10 +36,10 @@ pub struct Range {
 impl Range {
     const NOTHING: Self = Self { least: f32::INFINITY, most: 0.0 };
 
-    /// No bounds.
+    /// The range without bounds.
     const ALL: Self = Self { least: 0.0, most: f32::INFINITY };
 
-    /// Both.
+    /// The union of both.
     #[inline(always)] // for the instructions of its caller
     fn with(self, other: Self) -> Self {
         Self { least: self.least.min(other.least), most: self.most.max(other.most) }
@@ -112,8 +112,8 @@ impl DepthBounds {
         range == Range::NOTHING
     }
 
-    /// Bounds of what is shown wherever the way between two places passes, lane by lane: each lane's are those that it
-    /// has alone. All that is shown where that is not known: the places are on two faces.
+    /// Bounds of the depths shown along the way between two places, lane by lane: each lane's do not depend on others.
+    /// If the places are on two faces, the bounds of everything.
     #[inline(always)] // for the instructions of its caller
     pub fn between<const LANES: usize>(
         &self,
@@ -135,7 +135,7 @@ impl DepthBounds {
             let most = [start[0].max(end[0]), start[1].max(end[1])];
             let (low, high) = self.cells_about(least, most);
             let span = (high[0] - low[0]).max(high[1] - low[1]);
-            // Of cells that are no smaller than the rectangle it reaches into no more than two times two.
+            // At cells that are no smaller than the rectangle, it overlaps at most two times two of them.
             let level = self.held(u32::BITS - span.saturating_sub(1).leading_zeros());
             let (left, above) = (low[0] >> level, low[1] >> level);
             let (right, below) = (high[0] >> level, high[1] >> level);

@@ -1,5 +1,4 @@
-//! How far away what texels show is, in four bytes each: what rays look for is mostly waited for, and so the smaller
-//! the better.
+//! Depths of texels, in four bytes each: rays mostly wait for these from memory, and so the smaller the better.
 
 use std::sync::Arc;
 
@@ -13,14 +12,14 @@ pub struct Depth {
 }
 
 impl Depth {
-    /// Nothing is shown.
+    /// The depth of texels that show nothing.
     pub const NOTHING: Self = Self { front: f32::INFINITY, back: f32::INFINITY };
 }
 
 /// Depths of texels, texel by texel; each a word of two codes, the front's in the lower half.
 ///
-/// A code counts how far a share's bits are above those of the least, in steps that are a power of two: so shares that
-/// differ by no more than a factor of 256 are exact to 2^-14 of themselves, and what is equal stays equal.
+/// A code counts how far a share's bits are above those of the least, in steps that are a power of two: shares that
+/// differ by no more than a factor of 256 are therefore exact to 2^-14 of themselves, and equal shares stay equal.
 #[derive(Clone, Debug)]
 pub struct Depths {
     words: Arc<[u32]>,
@@ -30,10 +29,10 @@ pub struct Depths {
     shift: u32,
 }
 
-/// The code of what is infinitely far.
+/// The code of an infinite distance.
 const INFINITE: u32 = 0xFFFF;
 
-/// Both codes of what shows nothing.
+/// The word of texels that show nothing: both codes.
 const NOTHING: u32 = u32::MAX;
 
 impl Depths {
@@ -53,7 +52,7 @@ impl Depths {
         Self { words: depths.map(|depth| code(depth.front) | code(depth.back) << 16).collect(), base, shift }
     }
 
-    /// Those of [`Self::parts`]; `None` where a code means no number.
+    /// Depths from [`Self::parts`]; `None` where a code is no number.
     pub(crate) fn of_parts(words: Vec<u32>, base: u32, shift: u32) -> Option<Self> {
         if shift > 16 {
             return None;
@@ -100,7 +99,7 @@ impl Depths {
         self.words.iter().map(|word| Depth { front: self.front(*word), back: self.back(*word) })
     }
 
-    /// All words, the bits of the least share, and the steps of codes as a power of two.
+    /// The words, the bits of the least share, and the steps of codes as a power of two.
     pub(crate) fn parts(&self) -> (&[u32], u32, u32) {
         (&self.words, self.base, self.shift)
     }

@@ -13,14 +13,14 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 /// Largest number of layers.
 pub(crate) const MAX_LAYERS: usize = 17;
 
-/// One layer: a shell with its texture.
+/// A layer: a shell with its texture.
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// Centre of the shell, in world space.
     pub center: Vec3,
     /// The shell.
     pub shell: Shell,
-    /// How far from the shell what the texture shows is; none: it is all on it.
+    /// The depths of the texture's surfaces; `None`: they all lie on the shell.
     pub distances: Option<Distances>,
     /// The light.
     pub texture: LayerTexture,
@@ -29,13 +29,13 @@ pub struct Layer {
 /// Rays as they meet a layer.
 struct Reached<const LANES: usize> {
     is_met: [bool; LANES],
-    /// How far along the ray, or behind how many layers.
+    /// The distance along the ray, or the number of layers before.
     place: Lanes<LANES>,
     /// Hits on captured depths, if the layer has any.
     met: Option<HitLanes<LANES>>,
 }
 
-/// What is behind layers that hide less than this share is not worth a look. A quarter of a step of eight bits; not
+/// The least share that layers must leave for those behind to be looked up. A quarter of a step of eight bits; not
 /// measured.
 const OPAQUE: f32 = 1.0 / 1024.0;
 
@@ -43,8 +43,8 @@ const OPAQUE: f32 = 1.0 / 1024.0;
 const MAX_BLENDED: usize = 4;
 
 impl Layer {
-    /// Whether all that it shows (as the layer of a number) is further than a place along a ray from an origin, for
-    /// sure.
+    /// True if everything that the layer (with a number) shows is certainly further than a place along a ray from an
+    /// origin.
     #[inline(always)] // for the instructions of its caller
     fn is_beyond(&self, number: usize, place: f32, origin: Vec3) -> bool {
         match &self.distances {
@@ -75,7 +75,7 @@ impl Layer {
         let Some(HitLanes { distance, share, is_inward, outward, .. }) = &reached.met else {
             return self.shell.footprints(rays);
         };
-        // They meet the shell where it is as far away as what they meet.
+        // The shell is scaled so that rays meet it at the distance of their hits.
         let mut shrunk = *rays;
         if is_inward.contains(&true) {
             // Shells are looked up where rays leave them: where one comes in, the same line is followed back from
@@ -108,7 +108,7 @@ impl Layer {
         }
     }
 
-    /// How far a ray goes until it meets what is seen.
+    /// The distance along a ray at which it meets a surface.
     fn distance(&self, ray: &Ray) -> f32 {
         let origin = ray.origin - self.center;
         let rays = RayLanes::sharp(Vec3Lanes::one(origin), Vec3Lanes::one(ray.direction));
@@ -154,8 +154,7 @@ pub(crate) type LayersAbout<'a> = Vec<&'a Layer>;
 pub(crate) type Blended<'a> = [(LayersAbout<'a>, f32)];
 
 /// Radiance that arrives along rays, each with its differential: layer over layer before the scene's background,
-/// blended over viewpoints. Layers that know how far away what they show is hide each other by that, ray by ray; others
-/// in their order.
+/// blended over viewpoints. Layers with depths hide each other by these, ray by ray; others in their order.
 #[cfg_attr(
     not(debug_assertions),
     multiversion::multiversion(targets(
@@ -211,7 +210,7 @@ fn radiance_of(
     let mut stopped: Lanes<MANY_LANES> = Lanes::splat(f32::INFINITY);
     for (number, (layer, seen)) in first.iter().zip(seen.iter_mut()).enumerate().take(MAX_LAYERS) {
         if layer.center != center {
-            // From the rays themselves, to the bit as for a ray alone.
+            // Lanes are made from the rays themselves, so that bits are as for a ray alone.
             (lanes, center) = (RayLanes::new(rays, layer.center), layer.center);
         }
         let mut wanted = [false; MANY_LANES];
@@ -251,7 +250,7 @@ fn radiance_of(
     for lane in 0..count {
         let (order, met) = layers_by_place(&places[..layers], lane);
         radiance[lane] = blended_radiance(maps, scene, rays[lane].0.direction, seen, lane, &order[..met]);
-        // Inferred textures may swing below zero beside what is bright.
+        // Inferred textures may swing below zero beside bright texels.
         radiance[lane] = radiance[lane].max(Vec3::ZERO);
     }
     radiance
@@ -310,8 +309,8 @@ pub(crate) fn distance(maps: &Blended<'_>, ray: &Ray) -> f32 {
     layers.filter(hides).map(|layer| layer.distance(ray)).fold(f32::INFINITY, f32::min)
 }
 
-/// The number of the layer that a ray shows: of those with an opacity over one half the nearest. Layers that do not
-/// know how far away what they show is hide each other in their order. Returns `None` if all let it through.
+/// The number of the layer that a ray shows: of those with an opacity over one half the nearest. Layers without depths
+/// hide each other in their order. Returns `None` if all let it through.
 pub(crate) fn shown_layer(maps: &Blended<'_>, ray: &Ray) -> Option<usize> {
     let (layers, _) = maps.first()?;
     let place = |(number, layer): (usize, &&Layer)| {

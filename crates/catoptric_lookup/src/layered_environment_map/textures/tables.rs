@@ -10,7 +10,7 @@ use glam::Vec3;
 pub struct ViewpointLayers<'a> {
     /// The viewpoint: its layers stay the same while the scene does.
     pub number: u32,
-    /// Its share in the blend.
+    /// The weight in the blend.
     pub share: f32,
     pub(crate) layers: LayersAbout<'a>,
 }
@@ -22,7 +22,7 @@ impl<'a> ViewpointLayers<'a> {
     }
 }
 
-/// One layer: a shell with a texture of transparency and, perhaps, depths.
+/// A layer: a shell with a texture of transparency and, perhaps, depths.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerTables<'a> {
     layer: &'a Layer,
@@ -31,27 +31,27 @@ pub struct LayerTables<'a> {
 /// The shape that stands in for the things of a layer, from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShellShape {
-    /// All around, about the centre as its origin.
+    /// A shape all around, about the centre as its origin.
     Around(ParallaxProxy),
     /// A rectangle.
     Quad {
-        /// Its middle.
+        /// The middle of the rectangle.
         middle: Vec3,
         /// Unit, away from the centre.
         normal: Vec3,
-        /// From the middle to the right edge.
+        /// The vector from the middle to the right edge.
         right: Vec3,
-        /// From the middle to the upper edge.
+        /// The vector from the middle to the upper edge.
         up: Vec3,
     },
 }
 
-/// How far from the centre what the texels of a layer's finest level show is.
+/// The depths of a layer's surfaces, in the texels of its finest level, from the centre.
 #[derive(Clone, Copy, Debug)]
 pub struct DepthTables<'a> {
-    /// Two codes a texel, face by face and row by row: of where what it shows begins in the lower half, of where that
-    /// ends in the upper. 0xFFFF is infinite; others stand for the share of the shell's distance whose bits are `base`
-    /// and the code times 2^`shift`.
+    /// Two codes a texel, face by face and row by row: the depth where its surface begins in the lower half, the depth
+    /// where the object ends in the upper. 0xFFFF is infinite; others stand for the share of the shell's distance whose
+    /// bits are `base` and the code times 2^`shift`.
     pub words: &'a [u32],
     /// See `words`.
     pub base: u32,
@@ -70,7 +70,7 @@ impl<'a> LayerTables<'a> {
         self.layer.center
     }
 
-    /// Its shell.
+    /// The layer's shell.
     pub fn shape(&self) -> ShellShape {
         match self.layer.shell {
             Shell::Around(surround) => ShellShape::Around(surround),

@@ -1,5 +1,5 @@
-//! Textures of layers as they are kept: half floats, as in bakes. So they take half the memory, and what is not near
-//! at hand comes sooner.
+//! Textures of layers as they are kept: half floats, as in bakes. These take half the memory, and arrive sooner where
+//! the cache does not have them.
 
 use crate::layered_environment_map::texels::{TexelLayout, TexelTaps};
 use block_compression::half::f16;
@@ -8,14 +8,14 @@ use glam::Vec4;
 /// Radiance times opacity, and opacity.
 #[derive(Clone, Debug)]
 pub struct LayerTexture {
-    /// Where its texels are.
+    /// The layout of its texels.
     pub layout: TexelLayout,
-    /// All levels, the finest first.
+    /// The texels of all levels, the finest first.
     pub texels: Vec<LayerTexel>,
 }
 
 impl LayerTexture {
-    /// Of values in the layout's order.
+    /// A texture from values in the layout's order.
     pub fn new(layout: TexelLayout, values: &[Vec4]) -> Self {
         Self { layout, texels: values.iter().map(|value| LayerTexel::new(*value)).collect() }
     }
@@ -28,19 +28,19 @@ pub(crate) const TEXEL_BYTES: usize = size_of::<LayerTexel>();
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LayerTexel([u16; 4]);
 
-/// What bits of a half float, moved to where a float has its own, are too small by: exponents begin at -15, and not at
-/// -127.
+/// The factor by which the bits of a half float are too small when they are moved to the place that a float has for its
+/// own: exponents begin at -15, and not at -127.
 const SCALE: f32 = f32::from_bits((127 + 112) << 23);
 
 impl LayerTexel {
-    /// The nearest half floats; what is too large becomes the largest, and what is no number nothing.
+    /// The nearest half floats; values that are too large become the largest, and those that are not numbers 0.
     pub fn new(value: Vec4) -> Self {
         let held = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(f16::MIN.to_f32(), f16::MAX.to_f32()) };
         let half = |value: f32| f16::from_f32(held(value)).to_bits();
         Self(value.to_array().map(half))
     }
 
-    /// From what [`Self::to_bytes`] gives.
+    /// The texel from the bytes of [`Self::to_bytes`].
     pub fn of_bytes(bytes: [u8; TEXEL_BYTES]) -> Self {
         let (halves, _) = bytes.as_chunks::<2>();
         let mut texel = Self([0; 4]);

@@ -1,9 +1,9 @@
 //! Directions of a half-space on a square: half an octahedron, unfolded and turned by 45 degrees (Cigolle, Donow,
 //! Evangelakos, Mara, McGuire, Meyer 2014, A survey of efficient representations for independent unit vectors).
 //!
-//! Directions are x and y across an axis and z along it, with z at least 0. The sum of the sizes of what [`direction`]
-//! gives is 1, not its length: each of the four faces of the half octahedron is a plane, so that views in it have
-//! straight lines where the scene has them.
+//! Directions are x and y across an axis and z along it, with z at least 0. The sum of the sizes of the components that
+//! [`direction`] gives is 1, not its length: each of the four faces of the half octahedron is a plane, so that views in
+//! it have straight lines where the scene has them.
 
 use glam::{Vec2, Vec3};
 

@@ -1,4 +1,4 @@
-//! Which ray is where in a light field.
+//! The coordinates of rays in a light field.
 
 pub(crate) mod hemi_octahedron;
 pub(crate) mod region_box;
@@ -9,12 +9,12 @@ use catoptric_core::math::Aabb;
 pub(crate) use region_box::BoxLayout;
 pub(crate) use slabs::{SLABS, STEEPEST, Slab, SlabLayout, SlabRays, across, along, bits};
 
-/// How the rays that leave a region are kept, in rows of views.
+/// The layout of the rays that leave a region, in rows of views.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FieldLayout {
-    /// By two planes a slab.
+    /// Two planes for each slab.
     Slabs(SlabLayout),
-    /// By where they leave the region's box, and their direction.
+    /// The place where rays leave the region's box, and their direction.
     Box(BoxLayout),
 }
 

@@ -14,14 +14,14 @@ const LEAST: u32 = 2;
 /// A share of a region's size that is no more than rounding. Chosen well above rounding, not measured.
 const ROUNDING: f32 = 1e-3;
 
-/// One side of the box: views that look out of it, over half of all directions.
+/// A side of the box: views that look out of it, over half of all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxSide {
     /// The axis along which it looks.
     pub axis: usize,
     /// 1 where it looks along the axis, -1 where against.
     pub(crate) sign: f32,
-    /// This coordinate along the axis.
+    /// The side's coordinate along the axis.
     pub plane: f32,
     /// The other two coordinates of the first view, in a corner of the side; the last one is in the opposite corner.
     pub low: Vec2,
@@ -41,11 +41,11 @@ pub struct BoxSide {
 pub struct BoxRay {
     /// The side that it leaves by.
     pub side: usize,
-    /// Where on the side, in views from the first.
+    /// The place on the side, in views from the first.
     pub st: Vec2,
-    /// Its direction, x and y across the side's axis and z along it; the sum of their sizes is 1.
+    /// The direction, x and y across the side's axis and z along it; the sum of their sizes is 1.
     pub direction: Vec3,
-    /// How far that is from the point that it was asked for, in scene units.
+    /// The distance of that place from the point that was given, in scene units.
     pub ahead: f32,
 }
 
@@ -115,7 +115,7 @@ impl BoxLayout {
         self.sides.iter().map(|side| u64::from(side.counts[0]) * u64::from(side.counts[1])).sum()
     }
 
-    /// Where the ray from a point leaves the box; returns `None` for rays that miss it, or begin beyond it. All rays
+    /// The place where the ray from a point leaves the box; `None` for rays that miss it, or begin beyond it. All rays
     /// from points of the region leave it.
     #[inline(always)] // for the instructions of its caller
     pub fn locate(&self, point: Vec3, direction: Vec3) -> Option<BoxRay> {
@@ -152,8 +152,8 @@ impl BoxLayout {
         Some(BoxRay { side: index, st, direction: side.of_side(direction) / size, ahead: out * direction.length() })
     }
 
-    /// The direction of a place of a view, in pixels from the corner of the first; what lies beside the view is moved
-    /// to its border.
+    /// The direction of a place of a view, in pixels from the corner of the first; places beside the view are moved to
+    /// its border.
     pub fn direction_of(&self, pixel: Vec2) -> Vec3 {
         let place = (pixel * (2.0 / self.uv as f32) - 1.0).clamp(Vec2::NEG_ONE, Vec2::ONE);
         hemi_octahedron::direction(place)
@@ -174,7 +174,7 @@ fn counts(size: Vec3, st: u32) -> [u32; 3] {
         let [x, y, z] = [x, y, z].map(u64::from);
         2 * (x * y + y * z + z * x)
     };
-    // One step as long as the box is always few enough.
+    // A step as long as this always gives few enough views.
     let (mut short, mut long) = (0.0, 2.0 * size.max_element());
     for _ in 0..40 {
         let middle = 0.5 * (short + long);

@@ -6,14 +6,14 @@ use catoptric_core::math::Aabb;
 use catoptric_core::math::lanes::{Lanes, Vec3Lanes};
 use glam::{Vec2, Vec3};
 
-/// Views see a little more than is asked of them, so that a neighbour's pixel is there when what is near appears
+/// Views see a little more than is asked of them, so that a neighbour's pixel exists for near surfaces, which appear
 /// shifted in it: slopes up to this. Chosen, not measured.
 pub(crate) const STEEPEST: f32 = 1.0625;
 
 /// Slabs, in the order +x, -x, +y, -y, +z, -z of the directions that they hold.
 pub const SLABS: usize = 6;
 
-/// One slab: a plane of views (st) on a face of the region, that look out of it along an axis.
+/// A slab: a plane of views (st) on a face of the region, that look out of it along an axis.
 ///
 /// With half the field of view `theta = pi / 4` a ray that leaves the region within `pi / 4` of the axis, by direction
 /// component, meets the face's plane no further beside the face than the region is deep: for a cube of side l the plane
@@ -45,9 +45,9 @@ pub struct SlabRays<const LANES: usize> {
     pub slab: [u32; LANES],
     /// Intersection with the plane of views, in views from the first.
     pub st: [Lanes<LANES>; 2],
-    /// Its direction: steps along the other axes a step along the slab's.
+    /// The slope of the direction: steps along the other axes for a step along the slab's.
     pub slope: [Lanes<LANES>; 2],
-    /// How far along the axis the plane lies ahead of the point that it was asked for.
+    /// The distance along the axis from the point that was given to the plane.
     pub(crate) ahead: Lanes<LANES>,
 }
 
@@ -91,7 +91,7 @@ impl<const LANES: usize> Default for SlabRays<LANES> {
     }
 }
 
-/// All bits where something holds, or none: what is chosen by them is chosen without a branch.
+/// All bits if `holds`, else none: masks choose values without a branch.
 #[inline(always)] // for the instructions of its caller
 pub(crate) fn bits(holds: bool) -> u32 {
     u32::from(holds).wrapping_neg()
@@ -135,12 +135,12 @@ impl Slab {
         along(self.axis, self.sign, slope)
     }
 
-    /// How far before the plane of views, along the axis, the ray through a place of it leaves the region: 0 where it
-    /// leaves by that plane. Of rays that miss the region, where they are about nearest to it.
+    /// The distance before the plane of views, along the axis, at which the ray through a place of it leaves the
+    /// region: 0 if it leaves through that plane. For rays that miss the region, where they are about nearest to it.
     pub fn exit(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
         let depth = region.size()[self.axis];
         let (low, high, at) = (across(self.axis, region.min), across(self.axis, region.max), across(self.axis, eye));
-        // At a distance `back` before the plane the ray is at `at - slope back`.
+        // The ray is at `at - slope back` at a distance `back` before the plane.
         let enter = |at: f32, slope: f32, low: f32, high: f32| {
             if at > high && slope > 0.0 {
                 (at - high) / slope
@@ -153,8 +153,8 @@ impl Slab {
         enter(at.x, slope.x, low.x, high.x).max(enter(at.y, slope.y, low.y, high.y)).clamp(0.0, depth)
     }
 
-    /// How far before the plane of views, along the axis, a ray is where it is nearest to the middle of the region, on
-    /// its way through that; of rays that miss it, [`Self::exit`].
+    /// The distance before the plane of views, along the axis, at which a ray is nearest to the middle of the region,
+    /// on its way through that; for rays that miss it, [`Self::exit`].
     pub fn nearest(&self, region: &Aabb, eye: Vec3, slope: Vec2) -> f32 {
         let long = self.direction(slope);
         let (one, other) = ((eye - region.min) / long, (eye - region.max) / long);
@@ -208,13 +208,13 @@ impl SlabLayout {
         let (last, rounding) = ((self.st - 1) as f32, 1e-3);
         let mut held = [u32::MAX; LANES];
         for k in 0..2 {
-            // As `across` has them.
+            // These are the same axes as in `across`.
             let (turn, place) = (along(directions, k + 1), along(points, k + 1));
             for lane in 0..LANES {
                 rays.slope[k][lane] = turn[lane] * per_forward[lane];
                 let meets = place[lane] + rays.slope[k][lane] * rays.ahead[lane];
                 let st = (meets - low[k][lane]) * per_step[k][lane];
-                // Not what is not a number.
+                // Values that are not numbers are not held.
                 held[lane] &= bits(st >= -rounding) & bits(st <= last + rounding);
                 rays.st[k][lane] = st.clamp(0.0, last);
             }

@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 /// The radiance that eight bits a component reach. Chosen, not measured.
 pub const BRIGHTEST: f32 = 64.0;
 
-/// How steeply eight bits rise in the dark, where the eye sees small steps. About that of sRGB.
+/// The exponent of eight-bit values, whose steps are small in the dark, where the eye sees them. About that of sRGB.
 const GAMMA: f32 = 2.2;
 
 /// The kind of blocks; returns `None` if views are not compressed.
@@ -82,7 +82,7 @@ pub fn decompress(compression: Compression, side: u32, blocks: &[u8], texels: &m
 pub(crate) struct BlockPixels {
     /// Four bytes each.
     bits: [u8; 64],
-    /// Of BC6H, three each.
+    /// The values for BC6H, three for each pixel.
     halves: [f16; 48],
 }
 

@@ -1,4 +1,5 @@
-//! One ray at once by where it leaves the region's box: the views about that place, and what they show.
+//! Look-ups of one ray at a time by the place where it leaves the region's box: the views about that place, and their
+//! contents.
 
 use super::form::ViewForm;
 use super::rows::Rows;
@@ -12,23 +13,23 @@ use glam::{Vec2, Vec3};
 /// The largest ratio of a footprint's axes that is resolved by several look-ups. A bound on time; chosen, not measured.
 const MAX_PROBES: f32 = 8.0;
 
-/// Steps by which a view finds what a ray meets.
+/// Steps by which a view finds the surface that a ray meets.
 const STEPS: u32 = 6;
 
-/// The greatest parallax that is kept, of what is an eighth of the step between views away.
+/// The greatest parallax that is kept: of a surface whose distance is an eighth of the step between views.
 const MAX_PARALLAX: f32 = 8.0;
 
-/// Those of slabs are kept up to 2.
+/// The scale of stored parallaxes: those of slabs are kept up to 2.
 const SHRUNK: f32 = 2.0 / MAX_PARALLAX;
 
-/// What lies before the side of the box has a parallax below 0 and is nearer than all beyond: more than any parallax.
+/// A parallax above all others: surfaces before the side of the box have one below 0, and are nearer than all beyond.
 const BEFORE: f32 = 100.0;
 
-/// A view knows what a ray meets if its pixel there shows what lies on the ray, up to so many pixels. Chosen, not
-/// measured.
+/// The greatest distance of the surface in a view's pixel from the ray, in pixels, at which the view counts as seeing
+/// the ray's surface. Chosen, not measured.
 const AGREES_PX: f32 = 1.0;
 
-/// Views about a place that are asked at most: 4, and the 12 about those where none of the 4 sees what the ray meets.
+/// Views about a place that are asked at most: 4, and the 12 about those where none of the 4 sees the ray's surface.
 const MOST_VIEWS: usize = 16;
 
 /// A parallax as it is kept.
@@ -47,7 +48,7 @@ pub(crate) fn limited(parallax: f32) -> f32 {
     if parallax.is_nan() { 0.0 } else { parallax.clamp(-MAX_PARALLAX, MAX_PARALLAX) }
 }
 
-/// How rays look up what the views of a region's box hold.
+/// Look-ups of rays in the views of a region's box.
 #[derive(Clone, Debug)]
 pub(crate) struct BoxFetch {
     pub(crate) layout: BoxLayout,
@@ -61,19 +62,19 @@ struct NearView {
     /// The number of its row, and its own in that.
     row: u32,
     view: u32,
-    /// Its share in the blend.
+    /// The weight in the blend.
     share: f32,
-    /// From the view to where the ray leaves the box, in [`BoxLayout::unit`]s.
+    /// The vector from the view to the place where the ray leaves the box, in [`BoxLayout::unit`]s.
     off: Vec2,
-    /// The parallax of what the ray meets, as this view finds it.
+    /// The parallax of the surface that the ray meets, as this view finds it.
     parallax: f32,
-    /// What it shows lies on the ray.
+    /// True if the surface that it shows lies on the ray.
     agrees: bool,
-    /// What it shows is nearer than all that is kept, about at the view itself.
+    /// True if the surface that it shows is nearer than parallaxes can tell, about at the view itself.
     touches: bool,
 }
 
-/// One ray with the views about it.
+/// A ray with the views about it.
 pub(crate) struct BoxLookUp<'a> {
     fetch: &'a BoxFetch,
     rows: &'a Rows,
@@ -123,19 +124,19 @@ impl<'a> BoxLookUp<'a> {
         NearView { row, view, share, off, parallax, agrees: false, touches: false }
     }
 
-    /// The direction in which a view has what the ray meets, if that has a parallax.
+    /// The direction in which a view has the surface that the ray meets, if that has a parallax.
     #[inline(always)] // for the instructions of its caller
     fn towards(&self, view: &NearView, parallax: f32) -> Vec3 {
         self.ray.direction + (view.off * parallax).extend(0.0)
     }
 
-    /// Finds by views from a number on what the ray meets: the place on it that is nearest to the one that a view shows
-    /// is where that is looked for next.
+    /// Finds the surface that the ray meets, by views from a number on: the next look-up is at the place on the ray
+    /// nearest to the surface that the view shows.
     #[inline(always)] // for the instructions of its caller
     fn find(&mut self, first: usize) {
         let ray = self.ray.direction;
         let (length2, side) = (ray.length_squared(), self.fetch.form.side());
-        // What lies before the ray's start is not what it meets; a little is rounding.
+        // The ray cannot meet surfaces before its start; a little is rounding.
         let before = self.fetch.layout.unit * length2.sqrt() / (1.01 * self.ray.ahead).max(1e-30);
         let (last, per_step) = ((side - 1) as f32, 0.5 * std::f32::consts::SQRT_2 * side as f32);
         for number in first..self.count {
@@ -176,7 +177,7 @@ impl<'a> BoxLookUp<'a> {
         let per_step = 0.5 * std::f32::consts::SQRT_2 * self.fetch.form.side() as f32;
         for view in views {
             let apart = (view.parallax - nearest).abs() * per_step;
-            // Whether what touches a view reaches to the ray is not known: it counts as it is near.
+            // A surface that touches a view may or may not reach to the ray: it counts, as it is near.
             view.share *= match view {
                 NearView { touches: true, .. } => 1.0,
                 NearView { agrees: true, .. } => (2.0 * AGREES_PX - apart).clamp(0.0, 1.0),
@@ -186,7 +187,7 @@ impl<'a> BoxLookUp<'a> {
         true
     }
 
-    /// Asks the 12 views about the four; where none of them sees what the ray meets, all four count.
+    /// Asks the 12 views about the four; where none of them sees the ray's surface, all four count.
     fn look_further(&mut self, low: Vec2) {
         let four = self.views;
         let last = Vec2::new((self.side.counts[0] - 1) as f32, (self.side.counts[1] - 1) as f32);
@@ -212,7 +213,7 @@ impl<'a> BoxLookUp<'a> {
         self.views[..self.count].iter().map(|view| view.parallax * view.share).sum::<f32>() / self.total
     }
 
-    /// How far beyond the box what the ray meets lies, in scene units; infinite for what is at infinity.
+    /// The distance beyond the box of the surface that the ray meets, in scene units; infinite for one at infinity.
     pub(crate) fn beyond(&self) -> f32 {
         self.fetch.layout.unit * self.ray.direction.length() / self.parallax()
     }
@@ -239,7 +240,7 @@ impl<'a> BoxLookUp<'a> {
         let [x2, y2] = [footprint[0].length_squared(), footprint[1].length_squared()];
         let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, footprint[0]) } else { (y2, x2, footprint[1]) };
         let major = major2.sqrt();
-        // Also what is not a number.
+        // Values that are not numbers take one probe, too.
         let probes = if major > 1.0 && major.is_finite() {
             (major / minor2.sqrt().max(1.0)).clamp(1.0, MAX_PROBES).ceil()
         } else {
@@ -264,7 +265,7 @@ impl<'a> BoxLookUp<'a> {
         sum
     }
 
-    /// What a level of a view shows at a place, in pixels of the finest from its corner; bilinear.
+    /// The radiance of a level of a view at a place, in pixels of the finest level from its corner; bilinear.
     #[inline(always)] // for the instructions of its caller
     fn shown(&self, view: &NearView, place: Vec2, level: usize) -> Vec3 {
         let Some(&(_, side)) = self.fetch.form.levels.levels.get(level) else { return Vec3::ZERO };

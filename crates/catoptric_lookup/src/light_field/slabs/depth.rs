@@ -9,19 +9,19 @@ use crate::light_field::layout::{STEEPEST, SlabRays, bits};
 use crate::light_field::settings::{Compression, Disparity};
 use catoptric_core::math::lanes::{Lanes, whole};
 
-/// Steps by which a view finds what a ray meets. A search with twenty times the steps has 2 % (`sphere_room`) and 5 %
-/// (`teapot`) less mean error.
+/// Steps by which a view finds the surface that a ray meets. A search with twenty times the steps has 2 %
+/// (`sphere_room`) and 5 % (`teapot`) less mean error.
 const STEPS: u32 = 4;
 
-/// What lies before the plane of views has a parallax below 0 and is nearer than all beyond it: more than any parallax.
+/// A parallax above all others: surfaces before the plane of views have one below 0, and are nearer than all beyond.
 const BEFORE: f32 = 100.0;
 
-/// A view knows what a ray meets if its pixel there shows what lies on the ray, up to so many pixels. Chosen, not
-/// measured.
+/// The greatest distance of the surface in a view's pixel from the ray, in pixels, at which the view counts as seeing
+/// the ray's surface. Chosen, not measured.
 const AGREES_PX: f32 = 1.0;
 
 impl Fetch {
-    /// Sets the parallax by which each view finds what the ray meets, and the views' shares (equation 6 with a parallax
+    /// Sets the parallax by which each view finds the ray's surface, and the views' shares (equation 6 with a parallax
     /// for each view), where depth is asked for.
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn find<'a, const LANES: usize>(
@@ -79,7 +79,7 @@ impl Fetch {
             for lane in 0..LANES {
                 let apart = (view.parallax[lane] - nearest[lane]).abs() * per_pixel;
                 let agrees = f32::from_bits((2.0 * AGREES_PX - apart).clamp(0.0, 1.0).to_bits() & agree[lane]);
-                // All views count if none has the ray's surface.
+                // If no view has the ray's surface all of them count.
                 view.share[lane] *= either(bits(nearness[lane] > f32::NEG_INFINITY), agrees, 1.0);
             }
         }
@@ -121,7 +121,7 @@ impl Fetch {
     }
 }
 
-/// One number where all bits are set, the other where none is.
+/// The first number if all bits are set, the second if none is.
 #[inline(always)] // for the instructions of its caller
 fn either(first: u32, one: f32, other: f32) -> f32 {
     f32::from_bits((one.to_bits() & first) | (other.to_bits() & !first))

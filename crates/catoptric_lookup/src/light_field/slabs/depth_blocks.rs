@@ -43,13 +43,13 @@ pub fn at(side: u32, blocks: &[u8], x: u32, y: u32) -> i16 {
     between([bits as i16, (bits >> 16) as i16], (bits >> (32 + 2 * pixel)) as i32 & 3)
 }
 
-/// One of the four parallaxes of a block.
+/// A parallax of a block, by its index among four.
 #[inline(always)] // for the instructions of its caller
 fn between([one, other]: [i16; 2], index: i32) -> i16 {
     ((i32::from(one) * (3 - index) + i32::from(other) * index) / 3) as i16
 }
 
-/// The nearest of the four for each pixel, and the sum of squares of what they are off by.
+/// The nearest of the four for each pixel, and the sum of squares of the errors.
 fn indices(ends: [i16; 2], pixels: &[i16; 16]) -> ([i32; 16], i64) {
     let four = [0, 1, 2, 3].map(|index| i64::from(between(ends, index)));
     let mut sum = 0;

@@ -1,4 +1,4 @@
-//! Rays side by side: what the four views about each show (Yu, Yang, McMillan 2005, section 6).
+//! Look-ups of rays side by side, in the four views about each (Yu, Yang, McMillan 2005, section 6).
 
 #![allow(clippy::needless_range_loop)] // lanes of several arrays, for the vectoriser
 
@@ -9,7 +9,7 @@ use crate::light_field::settings::{Compression, Disparity};
 use catoptric_core::math::lanes::{Lanes, MANY_LANES, Vec3Lanes, whole};
 use glam::Vec3;
 
-/// How rays look up what slabs hold, in rows that are given by number, slab after slab.
+/// Look-ups of rays in slabs, in rows that are given by number, slab after slab.
 #[derive(Clone, Debug)]
 pub(crate) struct Fetch {
     pub(crate) layout: SlabLayout,
@@ -17,17 +17,17 @@ pub(crate) struct Fetch {
     pub(crate) disparity: Disparity,
 }
 
-/// One of the four views about each ray.
+/// A view among the four about each ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearby<const LANES: usize> {
     /// The number of its row, and its own in that.
     pub(crate) row: [u32; LANES],
     pub(crate) view: [u32; LANES],
-    /// Its share in the blend.
+    /// The weight in the blend.
     pub(crate) share: Lanes<LANES>,
-    /// How much the slope changes from the ray to the view's pixel with the parallax.
+    /// The change of the slope from the ray to the view's pixel with the parallax.
     pub(crate) shift: [Lanes<LANES>; 2],
-    /// The parallax of what the ray meets.
+    /// The parallax of the surface that the ray meets.
     pub(crate) parallax: Lanes<LANES>,
 }
 
@@ -109,7 +109,7 @@ impl Fetch {
         restored_sum(sum)
     }
 
-    /// Adds what a view shows at slopes, bilinear in a level, by weights, to a sum for [`restored_sum`].
+    /// Adds the radiance of a view at slopes, bilinear in a level, by weights, to a sum for [`restored_sum`].
     #[inline(always)] // for the instructions of its caller
     pub(crate) fn add<'a, const LANES: usize>(
         &self,
@@ -125,7 +125,7 @@ impl Fetch {
         let (right, down) = if side > 1 { (1, side as usize) } else { (0, 0) };
         let last = (side - 1) as f32;
         let most_low = side.saturating_sub(2) as f32;
-        // In pixels of the finest level from its first corner, then of this one.
+        // The offset is in pixels of the finest level from its first corner, then in pixels of this level.
         let shrunk = 1.0 / (1u32 << level) as f32;
         let per_pixel = shrunk / self.layout.pixel();
         let offset = STEEPEST * per_pixel + 0.5 * shrunk - 0.5;

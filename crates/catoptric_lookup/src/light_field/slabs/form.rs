@@ -6,21 +6,21 @@ use super::texels::{ViewLevels, packed};
 use crate::light_field::settings::Compression;
 use std::borrow::Cow;
 
-/// Sizes of views and of what is kept of them.
+/// Sizes of views and of their stored data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewForm {
     pub(crate) compression: Compression,
     /// The levels of a view.
     pub levels: ViewLevels,
-    /// Where the blocks of each level begin in a view's, in bytes.
+    /// The first byte of each level's blocks in those of a view.
     first_bytes: Vec<usize>,
     block_bytes: usize,
-    /// Of a view.
+    /// The bytes of a view.
     light_bytes: usize,
     depth_bytes: usize,
 }
 
-/// One row of views, wherever and in whichever form it is kept.
+/// A row of views, wherever and in whichever form it is kept.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RowView<'a> {
     /// Empty where views are compressed.
@@ -34,7 +34,7 @@ pub struct RowView<'a> {
 }
 
 impl ViewForm {
-    /// Of views of `side` pixels a side.
+    /// The form of views of `side` pixels a side.
     pub fn new(side: u32, compression: Compression) -> Self {
         let levels = ViewLevels::new(side);
         let (mut first_bytes, mut sum) = (Vec::new(), 0);
@@ -66,7 +66,7 @@ impl ViewForm {
         self.light_bytes + self.depth_bytes
     }
 
-    /// Those of its light.
+    /// The bytes of a view's light.
     pub fn light_bytes(&self) -> usize {
         self.light_bytes
     }

@@ -53,7 +53,7 @@ pub struct Slabs {
     rows: Rows,
 }
 
-/// How rays are looked up.
+/// The layout-dependent look-ups of rays.
 #[derive(Clone, Debug)]
 enum Field {
     Slabs(Fetch),
@@ -145,8 +145,8 @@ impl Slabs {
         }
     }
 
-    /// Where a ray from a point of the region lies in the slabs (Yu, Yang, McMillan 2005, equation 1, without
-    /// disparity); none where no slab holds it.
+    /// The place of a ray from a point of the region in the slabs (Yu, Yang, McMillan 2005, equation 1, without
+    /// disparity); `None` where no slab holds it.
     pub fn coordinates(&self, point: Vec3, direction: Vec3) -> Option<SlabCoordinates> {
         match &self.field {
             Field::Slabs(Fetch { layout, .. }) => {
@@ -166,7 +166,8 @@ impl Slabs {
         }
     }
 
-    /// How far from a point of the region what a ray in a unit direction meets lies; infinite where that is not known.
+    /// The distance from a point of the region to the surface that a ray in a unit direction meets; infinite where that
+    /// is not known.
     pub fn distance(&self, point: Vec3, direction: Vec3) -> f32 {
         let distance = match &self.field {
             Field::Slabs(fetch) => SlabLookUp::new(fetch, &self.rows, point, direction).map(|look_up| {
@@ -216,7 +217,7 @@ pub struct SlabCoordinates {
     pub pixel: Vec2,
 }
 
-/// One ray in a slab.
+/// A ray in a slab.
 struct SlabLookUp<'a> {
     fetch: &'a Fetch,
     slab: &'a Slab,
@@ -257,7 +258,7 @@ impl<'a> SlabLookUp<'a> {
         let (axis, sign) = (self.slab.axis, self.slab.sign);
         let ray_slope = Vec2::new(self.ray.slope[0][0], self.ray.slope[1][0]);
         let forward = direction[axis].abs();
-        // What is seen lies where the shares say, `longer / parallax` beyond the plane, and is met further aside by
+        // The surface lies where the shares say, `longer / parallax` beyond the plane, and is met further aside by
         // both.
         let parallax = self.parallax() / self.slab.spacing.max_element();
         [0, 1].map(|k: usize| {
@@ -274,7 +275,7 @@ impl<'a> SlabLookUp<'a> {
         let [x2, y2] = [footprint[0].length_squared(), footprint[1].length_squared()];
         let (major2, minor2, axis) = if x2 >= y2 { (x2, y2, footprint[0]) } else { (y2, x2, footprint[1]) };
         let (pixel, major) = (self.fetch.layout.pixel(), major2.sqrt());
-        // Also what is not a number.
+        // Values that are not numbers take one probe, too.
         let probes = if major > pixel && major.is_finite() {
             (major / minor2.sqrt().max(pixel)).clamp(1.0, MAX_PROBES).ceil()
         } else {

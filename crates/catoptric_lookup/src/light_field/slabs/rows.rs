@@ -11,12 +11,12 @@ use catoptric_engine::error::RenderError;
 use catoptric_engine::method::bake::Baked;
 use std::sync::Arc;
 
-/// One row of views.
+/// A row of views.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewRow {
     /// View after view, level after level, row after row: [`packed`](super::texels::packed) radiance.
     pub texels: Vec<u32>,
-    /// View after view, row after row: how far what a pixel shows is shifted in the next view, as
+    /// View after view, row after row: the shift of a pixel's contents in the next view, as
     /// [`stored`](super::texels::stored).
     pub parallax: Vec<i16>,
 }
@@ -62,7 +62,7 @@ impl ViewRow {
     }
 }
 
-/// All rows of views about a region, slab after slab or side after side.
+/// The rows of views about a region, slab after slab or side after side.
 #[derive(Clone)]
 pub struct Rows {
     kept: Kept,
@@ -72,11 +72,11 @@ pub struct Rows {
 
 #[derive(Clone)]
 enum Kept {
-    /// In memory, not compressed.
+    /// Rows in memory, not compressed.
     Plain(Vec<ViewRow>),
-    /// In memory, compressed.
+    /// Rows in memory, compressed.
     Blocks(Vec<Vec<u8>>),
-    /// From a unit of a bake on, where they lie in memory as they are used.
+    /// Units of a bake, from a first one on, where they lie in memory as they are used.
     Baked { units: Arc<dyn Baked>, first: usize, are_blocks: bool },
 }
 
@@ -147,7 +147,7 @@ impl Rows {
         match &self.kept {
             Kept::Plain(rows) => rows[number].view(),
             Kept::Blocks(rows) => blocks(&rows[number], light_bytes),
-            // It was whole when it was opened.
+            // Baked units were complete when they were opened.
             Kept::Baked { units, first, are_blocks: false } => {
                 numbers(units.unit(first + number), light_bytes).unwrap_or_default()
             }

@@ -7,7 +7,7 @@ use crate::light_field::settings::Disparity;
 use glam::Vec2;
 use std::borrow::Cow;
 
-/// All numbers of the slabs about a region.
+/// The numbers of the slabs about a region.
 ///
 /// Slabs are those of the directions +x, -x, +y, -y, +z, -z. Coordinates across an axis are the other two of x, y, z in
 /// cyclic order: y and z across x, z and x across y.
@@ -20,7 +20,7 @@ pub struct SlabTables<'a> {
 /// The plane of a slab's views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlabPlane {
-    /// Its coordinate along the slab's axis.
+    /// The plane's coordinate along the slab's axis.
     pub plane: f32,
     /// The coordinates across the axis of the first view.
     pub low: Vec2,
@@ -51,7 +51,8 @@ impl<'a> SlabTables<'a> {
         self.fetch.layout.uv
     }
 
-    /// True if each view finds by the parallax of its pixels what a ray meets; else the focal planes' are meant.
+    /// True if each view finds the ray's surface by the parallax of its pixels; else the parallax is that of the focal
+    /// planes.
     pub fn has_depth(&self) -> bool {
         self.fetch.disparity == Disparity::Depth
     }
@@ -82,7 +83,7 @@ impl<'a> SlabTables<'a> {
         self.fetch.form.texels(&self.rows.row(row))
     }
 
-    /// Parallax of the finest level of a row of views: 32,767 is 2. What is kept compressed is decompressed.
+    /// Parallax of the finest level of a row of views: 32,767 is 2. Compressed data is decompressed.
     pub fn parallax(&self, row: usize) -> Cow<'a, [i16]> {
         self.fetch.form.parallaxes(&self.rows.row(row))
     }

@@ -2,19 +2,19 @@
 
 use glam::Vec3;
 
-/// Bits of a mantissa, and what exponents are counted from (OpenGL's `RGB9_E5`).
+/// Bits of a mantissa, and the bias of exponents (OpenGL's `RGB9_E5`).
 const MANTISSA_BITS: i32 = 9;
 const BIAS: i32 = 15;
 
 /// The greatest radiance that can be stored.
 pub const LARGEST: f32 = (511.0 / 512.0) * 65536.0;
 
-/// The greatest parallax that is stored: in units of the slope, from view to view along the longer spacing. What is
-/// nearer is out of sight of the next view anyway.
+/// The greatest parallax that is stored: in units of the slope, from view to view along the longer spacing. Nearer
+/// surfaces are out of sight of the next view anyway.
 pub const MAX_PARALLAX: f32 = 2.0;
 
 /// Radiance as three mantissas of nine bits with one exponent: an error of 1/512 of the largest component, or of 2^-25,
-/// at the most. What is below 0 becomes 0, and what is too large (above 65,408) the largest that can be stored.
+/// at the most. Values below 0 become 0, and those too large (above 65,408) the largest that can be stored.
 #[inline]
 pub fn packed(radiance: Vec3) -> u32 {
     // NaN is not above 0.
@@ -46,7 +46,7 @@ pub fn unpacked(bits: u32) -> Vec3 {
 
 /// A parallax as it is stored.
 pub fn stored(parallax: f32) -> i16 {
-    // Casts saturate; what is not a number becomes 0.
+    // Casts saturate; values that are not numbers become 0.
     (parallax * (f32::from(i16::MAX) / MAX_PARALLAX)).round() as i16
 }
 

@@ -43,10 +43,10 @@ struct Manifest {
     uv: u32,
     /// Names of the pictures, with `{slab}`, `{s}` and `{t}` in them.
     radiance: String,
-    /// The same of pictures of distances along the slab's axis, in scene units.
+    /// Names of the pictures of distances along the slab's axis, in scene units.
     distance: Option<String>,
     region: ViewsRegion,
-    /// The cameras of the views, for whoever makes them.
+    /// The cameras of the views, for the program that renders them.
     #[serde(default, rename = "view", skip_serializing)]
     _view: IgnoredAny,
 }

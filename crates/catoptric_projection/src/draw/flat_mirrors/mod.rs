@@ -11,10 +11,10 @@ use catoptric_core::parallel;
 use catoptric_core::scene::{Role, Scene, View};
 use catoptric_engine::raster::{DrawList, DrawTriangle, Stencil, is_seen_from_behind, patch_of_triangle};
 
-/// What becomes of reflectors that are not flat, and of lenses.
+/// The treatment of lenses, and of reflectors that are not flat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OtherReflectors {
-    /// They are drawn black.
+    /// Black.
     Black,
     /// Something else goes on from them: they have groups that no list belongs to.
     GoOn,
@@ -38,7 +38,7 @@ impl MirroredScenes<'_> {
         let Self { scene, mirrors, others, .. } = *self;
         let goes_on = path.order < self.order;
         let picture = self.view.picture_from_moved(&path.world_from_scene);
-        // On all cores: the direct view of a scene without flat mirrors is the only list.
+        // Work for all cores: the direct view of a scene without flat mirrors is the only list.
         let vertices = parallel::map_collect(scene.positions.len(), |vertex| picture.apply(scene.positions[vertex]));
         let clip_distances: Vec<f32> = match path.mirror {
             Some(_) => {

@@ -39,7 +39,7 @@ impl Rectangle {
     }
 }
 
-/// All paths of up to `order` mirrors that can be seen, shorter ones first; at most `max_paths`.
+/// The sequences of up to `order` mirrors that can be seen, shorter ones first; at most `max_paths`.
 ///
 /// The second value counts the paths that were left out because of the limit.
 pub(crate) fn visible_paths(
@@ -152,7 +152,7 @@ fn extent(
 }
 
 impl MirrorPath {
-    /// Height of a scene point in front of the path's last mirror; what is below 0 is not seen.
+    /// Height of a scene point in front of the path's last mirror; points below 0 are not seen.
     pub(crate) fn height(&self, mirrors: &Mirrors, point: DVec3) -> f64 {
         match self.mirror {
             Some(mirror) => mirrors.planes[mirror as usize].height(point) * self.side,

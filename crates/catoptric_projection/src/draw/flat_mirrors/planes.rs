@@ -13,18 +13,17 @@ pub(crate) struct MirrorPlane {
     pub(crate) normal: DVec3,
     /// The plane is where `normal . x = offset`.
     pub(crate) offset: f64,
-    /// Only the inner side reflects.
+    /// True if only the inner side reflects.
     pub(crate) inside: bool,
     /// The triangles of the scene that lie in it.
     pub(crate) triangles: Vec<u32>,
 }
 
-/// The flat mirrors of a scene, and what could not be one.
+/// The flat mirrors of a scene, and the numbers of triangles of other reflectors and lenses.
 #[derive(Clone, Debug, Default)]
 pub struct Mirrors {
-    /// All mirrors.
     pub(crate) planes: Vec<MirrorPlane>,
-    /// For every triangle of the scene: 1 + the index of its mirror, or 0.
+    /// 1 + the index of the mirror of every triangle of the scene, 0 if it belongs to none.
     pub(crate) mirror_of_triangle: Vec<u32>,
     /// Triangles of curved reflectors; they are drawn black.
     pub(crate) curved_triangles: u64,
@@ -32,27 +31,26 @@ pub struct Mirrors {
     pub(crate) lens_triangles: u64,
 }
 
-/// More flat parts of one object than this are taken for a curved surface. Chosen, not measured.
+/// The most flat parts that an object is split into; with more it counts as a curved surface. Chosen, not measured.
 const MAX_PLANES_OF_OBJECT: usize = 64;
 
 /// Glass with no more faces is seen through in large pieces. Chosen, not measured.
 const FEW_FACES: usize = 12;
 
-/// How far (as a share of the object's size) the corners of a mirror's triangles may lie from its plane. Chosen, not
-/// measured.
+/// The greatest distance of a mirror's corners from its plane, as a share of the object's size. Chosen, not measured.
 const FLATNESS: f64 = 1e-5;
 
-/// How far (radians) shading normals may turn from the plane's normal: less than a hundredth of a degree. Chosen, not
-/// measured.
+/// The greatest angle between shading normals and the plane's normal, in radians: less than a hundredth of a degree.
+/// Chosen, not measured.
 const NORMAL_TOLERANCE: f64 = 1.5e-4;
 
 impl Mirrors {
-    /// All flat mirrors of a scene.
+    /// Finds all flat mirrors of a scene.
     pub fn find(scene: &Scene) -> Self {
         Self::find_among(scene, |_| true)
     }
 
-    /// The same among some objects; others are taken for curved.
+    /// Finds the flat mirrors among some objects; other reflectors count as curved.
     pub(crate) fn find_among(scene: &Scene, is_among: impl Fn(u32) -> bool) -> Self {
         let mut mirrors = Self { mirror_of_triangle: vec![0; scene.triangles.len()], ..Self::default() };
         for (index, object) in scene.objects.iter().enumerate() {

@@ -1,10 +1,10 @@
-//! Counts of what was done, by all threads.
+//! Counts of the work done by all threads.
 
 use super::super::PixelsByOthers;
 use catoptric_engine::method::Report;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-/// What was done, in all tiles.
+/// Counts of the work in all tiles.
 #[derive(Debug, Default)]
 pub(super) struct Counts {
     /// Rays that bundles were fitted to.
@@ -19,7 +19,7 @@ pub(super) struct Counts {
     pub(super) pairs: AtomicU64,
     /// Pixels that were worked out sample by sample because they lie at the rim of a path.
     pub(super) rim_pixels: AtomicU64,
-    /// And because no bundle was accurate.
+    /// Pixels that were worked out sample by sample because no bundle was accurate.
     pub(super) left_pixels: AtomicU64,
     /// Samples whose rays were traced.
     pub(super) traced: AtomicU64,

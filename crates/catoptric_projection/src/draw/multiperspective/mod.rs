@@ -64,7 +64,7 @@ pub(crate) fn follows_lenses(scene: &Scene, quality: Quality) -> bool {
     lenses().next().is_some() && (is_long() || bodies_meet(scene))
 }
 
-/// What tiles need of a scene: it depends on no view.
+/// The part of tile drawing that depends on the scene, not on the view.
 pub(crate) struct TiledScene {
     scene: Arc<Scene>,
     hierarchy: WideHierarchy,
@@ -73,7 +73,7 @@ pub(crate) struct TiledScene {
     rough: Option<RoughMirrors>,
     /// Rays follow lobes of surfaces, or lenses.
     follows_rays: bool,
-    /// For these rays, unless rough mirrors have one.
+    /// The tracer of these rays, unless rough mirrors have one.
     tracer: Option<Tracer>,
 }
 
@@ -122,14 +122,14 @@ impl TiledScene {
         }
     }
 
-    /// What follows rays, if any are followed.
+    /// The tracer for rays over lobes and through lenses, if such rays are traced.
     fn tracer(&self) -> Option<&Tracer> {
         let of_rough = self.rough.as_ref().map(RoughMirrors::tracer);
         of_rough.or(self.tracer.as_ref()).filter(|_| self.follows_rays)
     }
 
-    /// Draws lists, and with a model for tiles what is seen in reflectors and through lenses at which no list goes on;
-    /// else the environment. Reflectors with environment maps show these.
+    /// Draws lists. With a model for tiles, these draw reflectors and lenses at which no list goes on; else these show
+    /// the environment. Reflectors with environment maps show these.
     ///
     /// # Errors
     /// As [`raster::draw`].
@@ -181,7 +181,7 @@ impl TiledScene {
         Ok(rough.flatten())
     }
 
-    /// What tiles draw a picture with.
+    /// The source of surfaces from which tiles draw a picture.
     fn reflections<'a>(
         &'a self,
         job: &Job<'a>,
@@ -209,7 +209,8 @@ impl TiledScene {
         })
     }
 
-    /// What pixels show of lists, and in reflectors and through lenses at which no list goes on; rough ones as smooth.
+    /// The surfaces that pixels show of lists, and in reflectors and through lenses at which no list goes on; rough
+    /// mirrors count as smooth.
     ///
     /// # Errors
     /// As [`raster::draw`].
@@ -227,7 +228,7 @@ impl TiledScene {
         })
     }
 
-    /// An overlay of what [`Self::draw`] draws; `None` for kinds that tiles and lists do not have.
+    /// An overlay of the picture that [`Self::draw`] draws; `None` for kinds that tiles and lists do not have.
     ///
     /// # Errors
     /// As [`raster::draw`].
@@ -247,7 +248,7 @@ impl TiledScene {
                 Some(overlays::virtual_triangles(scene, view, lists, &shown()?, progress)?)
             }
             OverlayKind::Tiles => {
-                // As for the picture: tiles depend on its samples, and on what is rough.
+                // The same settings as for the picture: tiles depend on its samples, and on rough mirrors.
                 let (rough, log) = (self.rough_reflections(job)?, TileLog::default());
                 let source = self.reflections(job, model, maps, rough.as_ref(), Some(&log))?;
                 let samples = quality.samples;

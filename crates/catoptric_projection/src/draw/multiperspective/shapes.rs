@@ -1,4 +1,4 @@
-//! Properties of a scene's specular objects that say what rays from them can meet.
+//! Properties of a scene's specular objects that limit the triangles that rays from them can meet.
 
 use crate::draw::mesh_neighbours::MeshNeighbours;
 use catoptric_core::parallel;
@@ -8,14 +8,15 @@ use catoptric_core::surface::mesh::weld::{NormalRule, WeldedVertices, weld_dista
 use catoptric_engine::optics::path::manifold::MeshTopologies;
 use glam::Vec3;
 
-/// The shape of a reflector or lens, as far as it says what rays that have left it can meet of it.
+/// The shape of a reflector or lens, as far as it limits which of its triangles rays that have left it can meet.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ObjectShape {
     /// Rays that leave its outer side never meet it again.
     pub is_convex: bool,
-    /// It has an inside: rays that leave its outer side meet its outer side first, if they meet it at all.
+    /// True if the object has an inside: rays that leave its outer side meet its outer side first, if they meet it at
+    /// all.
     pub is_closed: bool,
-    /// Its box's diagonal.
+    /// The diagonal of its bounding box.
     pub size: f32,
 }
 
@@ -30,7 +31,7 @@ pub(super) struct SceneShapes {
     objects: Vec<ObjectShape>,
     /// The triangles beside those of meshes.
     pub(super) neighbours: MeshNeighbours,
-    /// For each triangle of the scene whether its winding is opposite to its normals; a bit each.
+    /// A bit for each triangle of the scene: 1 if its winding is opposite to its normals.
     turned: Vec<u64>,
 }
 
@@ -89,6 +90,6 @@ fn shape(scene: &Scene, topologies: &MeshTopologies, index: u32) -> (ObjectShape
         None => topologies.is_convex(index),
     };
     let shape = ObjectShape { is_convex: is_convex && is_closed, is_closed, size: object.bounds.diagonal() };
-    // Of an exact surface the place does not depend on the triangle.
+    // The place on an exact surface does not depend on the triangle.
     (shape, if object.surface.is_some() { Vec::new() } else { across })
 }

@@ -1,4 +1,4 @@
-//! What mirrors and lenses show, as a source of the rasteriser's layers.
+//! The surfaces that mirrors and lenses show, as a source of the rasteriser's layers.
 
 use super::bundles::coverage::ROOT;
 use super::counts::Counts;
@@ -15,7 +15,7 @@ use catoptric_engine::raster::LayerSurface;
 use catoptric_engine::raster::source::{EMPTY, LayerSource, ShownBySource, TileBelow};
 use glam::Vec2;
 
-/// What was found in a tile, and a thread's buffers.
+/// The surfaces found in a tile, and a thread's buffers.
 #[derive(Default)]
 pub(super) struct TileSurfaces {
     pub(super) surfaces: Vec<FoundSurface>,
@@ -83,7 +83,7 @@ impl Reflections<'_> {
         pixels.gather(root.tile, [root.column, root.row], paths);
         let path = |label: u16| &paths.paths[label as usize - 1];
         let [low, high] = [root.corner(0, 0), root.corner(ROOT, ROOT)];
-        // What is behind is not asked for.
+        // The surface behind a rough mirror is not needed.
         let rough = self.rough.filter(|_| root.tile.layer() == 1);
         // Pixels of a path mostly follow each other.
         let mut last = (0, false);
@@ -127,7 +127,7 @@ impl Reflections<'_> {
     }
 
     /// The pixels of a root tile that show rough mirrors at which lists go on: the light of their grid's rays takes the
-    /// place of what these show.
+    /// place of these lists' surfaces.
     fn listed_rough_pixels(&self, root: &Root<'_, '_>) -> [u16; ROOT] {
         let mut pixels = [0; ROOT];
         let Some(rough) = self.rough.filter(|_| root.tile.layer() == 1) else { return pixels };

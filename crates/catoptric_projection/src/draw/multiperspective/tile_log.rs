@@ -1,4 +1,4 @@
-//! How the first bounce's pixels were divided into tiles, for an overlay.
+//! A log of how the first bounce's pixels were divided into tiles, for an overlay.
 
 use super::bundles::coverage::ROOT;
 use catoptric_engine::method::overlay::{Overlay, OverlayKind, OverlaySegment};
@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 /// The way in which pixels were drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum TileWay {
-    /// One bundle for all of a square.
+    /// One bundle for the whole square.
     Bundle,
     /// A ray for each pixel.
     Rays,
@@ -20,7 +20,7 @@ pub(super) enum TileWay {
 impl TileWay {
     const ALL: [Self; 3] = [Self::Bundle, Self::Rays, Self::Traced];
 
-    /// That of a square whose bundle is accurate or not.
+    /// The way of a square whose bundle is accurate or not.
     pub(super) fn of_square(is_accurate: bool) -> Self {
         if is_accurate { Self::Bundle } else { Self::Rays }
     }

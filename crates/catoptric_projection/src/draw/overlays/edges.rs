@@ -28,7 +28,7 @@ pub(crate) fn virtual_triangles(
 ) -> Result<Overlay, Cancelled> {
     let mut overlay = Overlay::new(OverlayKind::VirtualTriangles, shown.size);
     let stage = Stage::begin(progress, "drawing edges", shown.ends.len())?;
-    // Those that no pixel's centre shows are smaller than a pixel, or hidden.
+    // Triangles that no pixel's centre shows are smaller than a pixel, or hidden.
     let mut triangles: Vec<HashSet<u32>> = vec![HashSet::new(); shown.ends.len()];
     for (end, triangle) in shown.end_of_pixels.iter().zip(&shown.triangle_of_pixels) {
         if let Some(end) = end {
@@ -117,7 +117,7 @@ fn for_each_seen_part(
     is_seen: impl Fn(Vec2) -> bool,
     mut part: impl FnMut([Vec2; 2]),
 ) {
-    // It lies in the picture.
+    // The part lies in the picture.
     let steps = (a.distance(b).ceil() as u32).clamp(1, width + height);
     let beside = (b - a).normalize_or_zero().perp() * BESIDE_PX;
     let mut start = None;

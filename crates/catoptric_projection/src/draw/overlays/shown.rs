@@ -1,4 +1,4 @@
-//! What pixels show: the path of light, the list that it ends in, and the triangle of the scene.
+//! The path of light that each pixel shows, the list that it ends in, and the triangle of the scene.
 
 use catoptric_core::framebuffer::Framebuffer;
 use catoptric_core::scene::{Role, Scene, View};
@@ -20,14 +20,14 @@ pub(crate) struct PathEnd {
     pub(crate) list: Option<u32>,
 }
 
-/// What the pixels of a picture show, each at its centre; at glass by the way through it.
+/// The surface that each pixel of a picture shows at its centre; at glass, the transmitted path.
 pub(crate) struct ShownPixels {
     pub(crate) size: [u32; 2],
-    /// All ends of paths that show, short paths first.
+    /// The ends of all paths that show, short paths first.
     pub(crate) ends: Vec<PathEnd>,
-    /// For every pixel its end, as an index.
+    /// The end of every pixel's path, as an index of `ends`.
     pub(crate) end_of_pixels: Vec<Option<u32>>,
-    /// For every pixel the triangle of the scene; `u32::MAX`: the environment.
+    /// The triangle of the scene in every pixel; `u32::MAX`: the environment.
     pub(crate) triangle_of_pixels: Vec<u32>,
 }
 
@@ -35,7 +35,7 @@ impl ShownPixels {
     /// Draws a view with a shader whose colours are numbers; `draw` must take one sample a pixel.
     ///
     /// # Errors
-    /// Those of `draw`.
+    /// The errors of `draw`.
     pub(crate) fn of(
         scene: &Scene,
         view: &View,

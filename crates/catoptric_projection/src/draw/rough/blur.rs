@@ -1,4 +1,4 @@
-//! Means over the lobes of rough places, of what grids of sharp rays show.
+//! Means of the light of grids of sharp rays over the lobes of rough places.
 
 use super::grid::{BLURRED_CELLS, Bumps, Place, ReflectedGrid};
 use super::light::RoughLight;
@@ -12,8 +12,8 @@ use glam::{Vec2, Vec3, Vec4};
 /// Places that one call works on.
 const PLACES_AT_A_TIME: usize = 256;
 
-/// Directions of a lobe, and of one that covers less than so many of the finest cells across. Chosen between smoothness
-/// and time.
+/// Directions of a lobe, and of one that covers less than this many of the finest cells across. Chosen between
+/// smoothness and time.
 const DIRECTIONS: usize = 32;
 const FEW_DIRECTIONS: usize = 16;
 const FEW_CELLS: f32 = 2.0;
@@ -23,11 +23,11 @@ const FEW_CELLS: f32 = 2.0;
 const NEAR_STEPS: [usize; 2] = [2, 0];
 const WIDE_STEPS: [usize; 2] = [1, 3];
 
-/// Lobes are narrow that cover less than so many of the finest cells across, and less than so many radians.
+/// Lobes are narrow that cover less than this many of the finest cells across, and less than this many radians.
 const NEAR_CELLS: f32 = 8.0;
 const NEAR_WIDTH: f32 = 0.15;
 
-/// What every place of a grid is blurred by.
+/// The inputs of a grid's blur.
 struct Blur<'a> {
     grid: &'a ReflectedGrid,
     pyramid: &'a Pyramid<'a>,
@@ -54,8 +54,8 @@ pub(super) fn blurred(grids: &[ReflectedGrid], index: usize, pyramid: &Pyramid<'
     light
 }
 
-/// Places of a grid that are seen where neither a coarser nor a finer grid has all of their light, with what is known
-/// of it.
+/// Places of a grid that are seen where neither a coarser nor a finer grid has all of their light, with the light known
+/// so far.
 fn asked(grids: &[ReflectedGrid], index: usize) -> Vec<(usize, RoughLight)> {
     let grid = &grids[index];
     let is_narrow = index.checked_sub(1).map(|coarser| grids[coarser].cells_of_narrow_lobes(BLURRED_CELLS[coarser][1]));
@@ -125,12 +125,12 @@ impl Blur<'_> {
     }
 }
 
-/// Where in a grid the sharp rays are that pass where directions from a place go.
+/// The positions in a grid of the sharp rays that pass where the directions of a lobe go.
 struct Found<const N: usize> {
     /// Positions in cells.
     column: Lanes<N>,
     row: Lanes<N>,
-    /// How far away what they show is from the place.
+    /// The distance from the place to the surface that these rays show.
     distance: Lanes<N>,
     /// 1 while a direction is followed, else 0.
     follows: Lanes<N>,
@@ -174,7 +174,7 @@ impl<const N: usize> Passages<N> {
 }
 
 impl<const N: usize> Found<N> {
-    /// At the place itself.
+    /// The start of the search: all directions at the place's own cell.
     #[inline(always)] // for the instructions of its caller
     fn at(grid: &ReflectedGrid, place: usize) -> Self {
         let Place { column, row, .. } = grid.places[place];
@@ -195,8 +195,8 @@ impl<const N: usize> Found<N> {
         (x * scale * self.follows[lane], y * scale * self.follows[lane])
     }
 
-    /// Goes to the rays that, as the changes of the place's own ray say, pass through the points of directions which
-    /// are as far away as what was found.
+    /// Goes to the rays that, as the changes of the place's own ray say, pass through the points in the lobe's
+    /// directions that are as far away as the surfaces found.
     #[inline(always)] // for the instructions of its caller
     fn step_from_own(&mut self, grid: &ReflectedGrid, own: &Passage, own_cell: Vec2, directions: &Directions<N>) {
         let (mut right, mut down) = ([0.0f32; N], [0.0f32; N]);
@@ -215,7 +215,7 @@ impl<const N: usize> Found<N> {
         }
     }
 
-    /// The same some times by the changes of the rays that were found.
+    /// Moves the positions some times by the differentials of the rays that were found.
     #[inline(always)] // for the instructions of its caller
     fn step_on_the_way(&mut self, grid: &ReflectedGrid, own: &Passage, directions: &Directions<N>, steps: usize) {
         let mut passages = Passages([[0.0; N]; 15]);

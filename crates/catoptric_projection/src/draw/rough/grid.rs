@@ -1,4 +1,4 @@
-//! A grid of a picture, and in its cells what rough mirrors would show if they were smooth.
+//! A grid over a picture whose cells hold the light of rough mirrors as if they were smooth.
 
 use super::light::RoughLight;
 use super::lobe::Lobe;
@@ -10,19 +10,19 @@ use glam::{Vec2, Vec3, Vec4};
 /// Grids, each of cells of half the side of the one before.
 pub(super) const GRIDS: usize = 3;
 
-/// Of all grids but the finest: lobes that cover more of its cells across than the second number are blurred in it, and
-/// those that cover less than the first one in a finer one: what is blurred changes slowly. Chosen between error and
+/// The widths of lobes in cells, for all grids but the finest: lobes wider than the second number are blurred in that
+/// grid, and lobes narrower than the first in a finer one; between them the two are mixed. Chosen between error and
 /// time.
 pub(super) const BLURRED_CELLS: [[f32; 2]; GRIDS - 1] = [[3.0, 5.0], [1.75, 3.0]];
 
-/// Lobes may look for cells that something hides, or beyond the picture, up to so many of the largest cells away.
+/// Lobes may look for cells that something hides, or beyond the picture, up to this many of the largest cells away.
 pub(super) const MARGIN: u32 = 16;
 
-/// The same for cells that are asked for because lobes are narrow in the next coarser grid, in its cells.
+/// Like [`MARGIN`], in cells of the next coarser grid, for cells that are needed because lobes are narrow in that.
 const REACH: usize = 6;
 
-/// Lobes that cover less than the first number of the finest cells across are what the sharp ray shows, and from the
-/// second on blurred alone: between cells no more is known.
+/// Widths of lobes in finest cells: below the first number only the sharp ray counts, and from the second on only the
+/// blurred light, because between cells no more is known.
 const SHARP_CELLS: [f32; 2] = [HIDDEN_LOBE, 1.4];
 
 /// The place of cells that show no rough mirror.
@@ -52,7 +52,7 @@ impl Layout {
         Self { cell_px: self.cell_px / 2, width: 2 * self.width, height: 2 * self.height, ..*self }
     }
 
-    /// Whether a lobe of a width covers too little of a finest cell to be seen beside the sharp reflection; `extent` is
+    /// True if a lobe of a width covers too little of a finest cell to be seen beside the sharp reflection; `extent` is
     /// the solid angle of one of this grid's cells.
     pub(super) fn is_hidden(&self, width: f32, extent: f32) -> bool {
         width * self.cell_px as f32 <= SHARP_CELLS[0] * extent.sqrt() * self.finest_px as f32
@@ -76,9 +76,9 @@ impl Layout {
 
 /// The part of a picture that a grid covers.
 pub(super) enum Part {
-    /// All that rough mirrors near seen ones are in.
+    /// All cells about the rough mirrors that are seen.
     Whole,
-    /// By the cells of the next coarser grid.
+    /// Some cells, given by masks over the cells of the next coarser grid.
     Narrow {
         width: usize,
         /// Cells whose light may be asked for.
@@ -110,34 +110,34 @@ pub(super) struct Place {
     pub(super) column: u32,
     pub(super) row: u32,
     pub(super) lobe: Lobe,
-    /// The distance of what it shows; infinite for the sky.
+    /// The distance of the surface that it shows; infinite for the sky.
     pub(super) distance: f32,
     /// The mirror is seen here in the picture; else something hides it, or it lies beyond the picture's edge.
     pub(super) is_seen: bool,
     pub(super) bumps: Bumps,
 }
 
-/// What a normal map does to a place's light: with bumps, rays of neighbouring cells say little of each other.
+/// The effect of a normal map on a place's light: with bumps, rays of neighbouring cells say little of each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bumps {
-    /// There is no map.
+    /// No normal map.
     None,
-    /// It turns the normals of a rough surface.
+    /// A rough surface whose normals the map turns.
     OfRough,
-    /// It turns those of a smooth one, and within a cell some so far that they spread light.
+    /// A smooth surface whose normals the map turns within a cell so far that they spread light.
     OfSmooth,
-    /// The same, but not so far: the sharp reflection says it all.
+    /// A smooth surface whose normals vary too little within a cell: the sharp reflection is enough.
     Resolved,
 }
 
-/// Where the ray from a place of an object ends, at most at a greatest distance.
+/// The end of the ray from a place of an object, at most at a greatest distance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End {
     pub(super) position: Vec3,
     pub(super) object: u32,
 }
 
-/// What is found in a cell.
+/// The result of tracing a cell.
 pub(super) struct Found {
     pub(super) place: Place,
     pub(super) passage: Passage,
@@ -153,13 +153,14 @@ pub(super) struct ReflectedGrid {
     /// The place of every cell, rows from the top, or [`NOTHING`].
     index: Vec<u32>,
     pub(super) places: Vec<Place>,
-    /// Of every place, the ray that leaves it.
+    /// The ray that leaves each place.
     pub(super) passages: Vec<Passage>,
-    /// Of every place, where the ray ends.
+    /// The end of each place's ray.
     pub(super) ends: Vec<End>,
-    /// Of every place, what its sharp ray shows, and 1; 0 where that was not asked for.
+    /// The radiance of each place's sharp ray and 1; 0 where it was not asked for.
     pub(super) sharp: Vec<Vec4>,
-    /// Of every place, what it reflects: its own sharp ray's light is the mean where another grid says it better.
+    /// The light that each place reflects; where another grid resolves it better, the mean is the light of its own
+    /// sharp ray.
     pub(super) light: Vec<RoughLight>,
 }
 
@@ -178,7 +179,7 @@ impl ReflectedGrid {
         row as usize * self.layout.width + column as usize
     }
 
-    /// The grid of what was found in blocks of cells.
+    /// The grid from the results of blocks of cells.
     pub(super) fn new(layout: Layout, blocks: Vec<Vec<Found>>) -> Self {
         let count = blocks.iter().map(Vec::len).sum();
         let mut grid = Self {
@@ -225,8 +226,8 @@ impl ReflectedGrid {
         self.passages.push(*passage);
     }
 
-    /// How much of the light at a position is that of the next finer grid, by what this one knows of it: all if the
-    /// lobe covers fewer cells than the first number, nothing from the second one on.
+    /// The share of the next finer grid in the light at a position, by what this grid knows of it: 1 if the lobe covers
+    /// fewer cells than the first number, 0 from the second one on.
     #[inline(always)]
     pub(super) fn finer_share(&self, light: &RoughLight, [narrow, wide]: [f32; 2]) -> f32 {
         ((wide - light.width_px / self.layout.cell_px as f32) / (wide - narrow)).clamp(0.0, 1.0)
@@ -259,22 +260,22 @@ impl ReflectedGrid {
         })
     }
 
-    /// The same for those that cover at least so many.
+    /// The cells of places whose lobes cover at least so many cells.
     pub(super) fn cells_of_wide_lobes(&self, cells: f32) -> Vec<bool> {
         self.cells_where(|place, light| place.is_seen && light.width_px >= cells * self.layout.cell_px as f32)
     }
 
-    /// Cells at which the light depends on what is reflected sharply at the position itself, and their neighbours.
+    /// Cells at which the light depends on the sharp reflection at the position itself, and their neighbours.
     pub(super) fn cells_of_sharp_light(&self) -> Vec<bool> {
         self.cells_where(|place, light| place.is_seen && light.weight < 1.0)
     }
 
-    /// Whether a rectangle of a picture has any of some cells in it.
+    /// True if any of some cells lies in a rectangle of a picture.
     pub(super) fn has_any(&self, cells: &[bool], low_px: Vec2, high_px: Vec2) -> bool {
         self.cells_between(self.layout.in_cells(low_px), self.layout.in_cells(high_px)).any(|cell| cells[cell])
     }
 
-    /// Whether all cells in and about a rectangle of a picture show an object whose light is all in them.
+    /// True if all cells in and about a rectangle of a picture show an object whose light is all in them.
     pub(super) fn is_full_of(&self, object: u32, low_px: Vec2, high_px: Vec2) -> bool {
         let is_full = |place: usize| {
             let is_of_object = self.ends[place].object == object && self.places[place].is_seen;
@@ -301,7 +302,7 @@ impl ReflectedGrid {
         dilated(&there, self.layout.width, 1)
     }
 
-    /// Where lobes cover fewer than so many cells; `None` where they don't.
+    /// The part where lobes cover fewer than so many cells; `None` if there is no such cell.
     pub(super) fn narrow(&self, cells: f32) -> Option<Part> {
         let wanted = self.cells_of_narrow_lobes(cells);
         let reached = dilated(&wanted, self.layout.width, REACH);
@@ -309,8 +310,8 @@ impl ReflectedGrid {
     }
 }
 
-/// The four cells of a grid around a position in cells, and their weights for what is in between; at its edges some are
-/// the same.
+/// The four cells of a grid around a position in cells, and their weights for interpolation; at the grid's edges some
+/// are the same.
 #[inline(always)] // for the instructions of its callers
 pub(super) fn cells_around(position: Vec2, width: usize, height: usize) -> [(usize, f32); 4] {
     let at = position - 0.5;

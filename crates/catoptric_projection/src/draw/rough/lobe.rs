@@ -9,7 +9,7 @@ use catoptric_core::scene::microfacets::{
 use catoptric_engine::optics::step::{Facing, lobe_width};
 use glam::{Vec2, Vec3};
 
-/// A place's lobe, by its facets and who sees them.
+/// A place's lobe, from its microfacets and the direction of view.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lobe {
     alpha: f32,
@@ -23,7 +23,8 @@ pub(super) struct Lobe {
     pub(super) width: f32,
 }
 
-/// How much closer points of the disc are towards its rim, where few facets lean far: what is bright there counts.
+/// The exponent by which points of the disc are denser towards its rim, where few facets lean far: bright light there
+/// counts.
 const TAIL: f32 = 1.5;
 
 /// Points of the unit disc, one a direction, and the parts of it that they stand for, in units of their mean.
@@ -57,7 +58,7 @@ pub(super) struct Directions<const N: usize> {
     pub(super) share: Lanes<N>,
     /// The solid angle that it stands for.
     pub(super) extent: Lanes<N>,
-    /// The share of light from above the flat surface: what would come from below is lost.
+    /// The share of light from above the flat surface: light from below is lost.
     pub(super) kept: f32,
 }
 

@@ -6,16 +6,17 @@ use catoptric_engine::light::tracer::Tracer;
 
 /// The rough mirrors of a scene, and lenses with bumps.
 pub(crate) struct RoughMirrors {
-    /// For rays to and from them.
+    /// The tracer of rays to and from rough mirrors.
     pub(super) tracer: Tracer,
-    /// Whether each object is one, or may be by its normal map.
+    /// True for each object that is a rough mirror, or may be one by its normal map.
     pub(super) is_rough: Vec<bool>,
     /// Boxes around them.
     boxes: Vec<Aabb>,
 }
 
 impl RoughMirrors {
-    /// Those of a scene, by those of another moment of it if these are given; `None` if there are none.
+    /// The rough mirrors of a scene, made from those of another moment of it if these are given; `None` if there are
+    /// none.
     pub(crate) fn new(scene: &Scene, old: Option<&Self>) -> Option<Self> {
         let is_rough: Vec<bool> =
             (0..scene.objects.len() as u32).map(|object| scene.material_of(object).may_spread_light()).collect();
@@ -28,7 +29,7 @@ impl RoughMirrors {
         Some(Self { tracer, is_rough, boxes })
     }
 
-    /// What follows rays in the whole scene.
+    /// The tracer of rays in the whole scene.
     pub(crate) fn tracer(&self) -> &Tracer {
         &self.tracer
     }
@@ -46,7 +47,7 @@ impl RoughMirrors {
             let margin = 1e-5 * (low.abs() + high.abs());
             let enter = (low.min(high) - margin).max_element();
             let leave = (low.max(high) + margin).min_element();
-            // Not a number, where a ray lies in a side's plane: met.
+            // Where a ray lies in a side's plane this is not a number, and counts as met.
             !(enter > leave || leave < 0.0)
         };
         self.boxes.iter().any(is_met)

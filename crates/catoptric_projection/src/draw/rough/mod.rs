@@ -1,10 +1,10 @@
-//! Rough mirrors: what they would reflect sharply, blurred by each place's own lobe.
+//! Rough mirrors: their sharp reflections, blurred by each place's own lobe.
 //!
-//! A grid of rays, some pixels apart, finds what smooth mirrors would show: radiance, and how far away it is. The light
-//! of a rough place is a mean over its lobe. Every direction of the lobe is looked for in the same grid: which ray
-//! passes where it goes? Near things are found from the place's own point of view, so that what touches the mirror
-//! stays sharp and blur grows with distance. Where lobes are narrow there are grids of smaller cells; where they are
-//! narrower than the smallest ones, the sharp reflection is drawn.
+//! A grid of rays, some pixels apart, finds the radiance that smooth mirrors would show, and its distance. The light of
+//! a rough place is a mean over its lobe. Every direction of the lobe is searched in the same grid, for the ray that
+//! passes through the same points. Near things are found from the place's own point of view, so that what touches the
+//! mirror stays sharp and blur grows with distance. Where lobes are narrow there are grids of smaller cells; where they
+//! are narrower than the smallest ones, the sharp reflection is drawn.
 //!
 //! Where a normal map has bumps smaller than a pixel, a smooth mirror is a rough one, too, and a lens spreads what it
 //! reflects and refracts; with bumps, lobes are traced by rays.
@@ -41,7 +41,7 @@ const CELLS: u32 = 480;
 /// The longest side of such a cell, in pixels.
 const LARGEST_CELL_PX: u32 = 2;
 
-/// Rays go through a finer grid where lobes cover fewer cells across: so many at least make up what a lobe sees.
+/// The number of cells across a lobe below which rays go through a finer grid.
 const CELLS_OF_LOBE: f32 = 4.0;
 
 /// Light that rough mirrors reflect in a view.
@@ -51,7 +51,7 @@ pub(crate) struct RoughReflections<'a> {
     order: u32,
     /// The grids, each finer than the one before; the first one covers the picture, others parts of it.
     grids: Vec<ReflectedGrid>,
-    /// Of each grid, the cells at which what is reflected sharply is seen.
+    /// The cells of each grid at which the sharp reflection is seen.
     sharp: Vec<Vec<bool>>,
 }
 
@@ -88,12 +88,12 @@ impl<'a> RoughReflections<'a> {
         Ok(Some(Self { mirrors, scene: job.scene, order: job.quality.order, grids, sharp }))
     }
 
-    /// Whether an object is rough itself, not only where its normal map has bumps smaller than a pixel.
+    /// True if an object is rough itself, not only where its normal map has bumps smaller than a pixel.
     pub(super) fn is_rough(&self, object: u32) -> bool {
         self.scene.material_of(object).reflection_roughness() > 0.0
     }
 
-    /// Whether an object's light in a rectangle of the picture is known without what it reflects sharply.
+    /// True if an object's light in a rectangle of the picture is known without its sharp reflection.
     pub(super) fn is_all_of(&self, object: u32, low_px: Vec2, high_px: Vec2) -> bool {
         if self.is_rough(object) {
             return !self.grids.iter().zip(&self.sharp).any(|(grid, cells)| grid.has_any(cells, low_px, high_px));
@@ -123,7 +123,7 @@ impl<'a> RoughReflections<'a> {
         light.filter(|light| light.weight > 0.0 || self.is_rough(object))
     }
 
-    /// All the light of a rough place that is met after some bounces, by rays.
+    /// The whole light of a rough place that is met after some bounces, by rays.
     #[inline(never)] // rare, and as long as a path
     pub(super) fn traced(&self, bounces: u32, ray: Ray, change: RayDifferential, at: &SurfaceInteraction) -> Vec3 {
         let order = self.order.saturating_sub(bounces);

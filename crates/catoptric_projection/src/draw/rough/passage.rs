@@ -3,8 +3,8 @@
 use catoptric_core::scene::{Ray, RayDifferential};
 use glam::Vec3;
 
-/// A ray that leaves a mirror through a cell of a grid, how its neighbours in the grid differ, and how far it goes: one
-/// line of the cache.
+/// A ray that leaves a mirror through a cell of a grid, the differentials to its neighbours in the grid, and its
+/// length: one line of the cache.
 ///
 /// In the plane across the ray (axes: [`axes`]), at a distance along it, the ray of the next cell of the row is away by
 /// the first pair of `start` plus the distance times that of `growth`; the second pairs are those of the next row.
@@ -15,14 +15,15 @@ pub(super) struct Passage {
     pub(super) direction: Vec3,
     pub(super) start: [f32; 4],
     pub(super) growth: [f32; 4],
-    /// The distance of what the ray shows, at most [`Self::new`]'s greatest.
+    /// The distance of the surface that the ray shows, at most `greatest` of [`Self::new`].
     pub(super) distance: f32,
     /// The mirror that it leaves.
     pub(super) object: u32,
 }
 
 impl Passage {
-    /// The passage of a ray that changes so from cell to cell, and shows what is so far away, at most `greatest`.
+    /// The passage of a ray with its change from cell to cell, and the distance of the surface that it shows, at most
+    /// `greatest`.
     pub(super) fn new(object: u32, ray: &Ray, change: &RayDifferential, distance: f32, greatest: f32) -> Self {
         let (across, along) = axes(ray.direction);
         let in_plane = |dx: Vec3, dy: Vec3| [dx.dot(across), dx.dot(along), dy.dot(across), dy.dot(along)];
@@ -53,7 +54,7 @@ impl Passage {
     pub(super) fn cell_extent(&self, distance: f32) -> f32 {
         let [xx, xy, yx, yy] = self.steps_at(distance);
         let area = (xx * yy - xy * yx).abs() / (distance * distance);
-        // Not a number where distances are none.
+        // Distances may be infinite: this is not a number then.
         if area > 1e-18 { area } else { 1e-18 }
     }
 
@@ -71,7 +72,7 @@ impl Passage {
         let inverse = 1.0 / determinant;
         let (right, down) = ((yy * u - yx * v) * inverse, (xx * v - xy * u) * inverse);
         let spreads = determinant * determinant > 1e-12 * (xx * xx + xy * xy) * (yx * yx + yy * yy);
-        // Not a number: no.
+        // False if they are not numbers.
         let known = spreads & (right.abs() < 1e6) & (down.abs() < 1e6);
         (if known { right } else { 0.0 }, if known { down } else { 0.0 })
     }

@@ -1,4 +1,4 @@
-//! The picture of what mirrors would show if they were smooth, ever coarser.
+//! A pyramid of the picture that mirrors would show if they were smooth.
 
 use super::grid::{ReflectedGrid, cells_around};
 use catoptric_core::parallel;
@@ -16,7 +16,7 @@ pub(super) struct Pyramid<'a> {
     grids: usize,
 }
 
-/// Of each cell, rows from the top, the share that shows rough mirrors, and radiance times that.
+/// For each cell, rows from the top: the share that shows rough mirrors, and radiance times that share.
 struct Level {
     width: usize,
     height: usize,
@@ -24,7 +24,7 @@ struct Level {
 }
 
 impl Level {
-    /// What a grid knows; where it has no cells, what the coarser level has.
+    /// The sharp light of a grid's cells; where the grid has no cells, that of the coarser level.
     fn of_grid(grid: &ReflectedGrid, coarser: Option<&Self>) -> Self {
         let (width, height) = (grid.layout.width, grid.layout.height);
         let mut cells = vec![Vec4::ZERO; width * height];
@@ -130,7 +130,7 @@ impl<'a> Pyramid<'a> {
         cells[a.0] * a.1 + cells[b.0] * b.1 + cells[c.0] * c.1 + cells[d.0] * d.1
     }
 
-    /// The same in the finest grid; nothing where it has no cells.
+    /// The mean of the finest grid's places around a position; zero where it has no cells.
     #[inline(always)] // for the instructions of its caller
     fn at_places(&self, position: Vec2) -> Vec4 {
         let Level { width, height, .. } = self.levels[0];

@@ -1,4 +1,4 @@
-//! The tracing of a grid: which rough mirrors its rays meet, and what those would show if they were smooth.
+//! The tracing of a grid: the rough mirrors that its rays meet, and their light as if they were smooth.
 
 use super::grid::{Bumps, Found, Layout, MARGIN, Part, Place, ReflectedGrid, dilated};
 use super::lobe::{DiscPoints, Lobe};
@@ -30,7 +30,7 @@ const SMALL_BUMP_RAYS: u32 = 8;
 /// Cells of a block along each side: they are traced together.
 const BLOCK: usize = 16;
 
-/// Beyond this many diagonals of the scene, nothing moves in what a place sees.
+/// The greatest distance of reflected things, in diagonals of the scene: beyond, parallax cannot be seen.
 const FAR_DIAGONALS: f32 = 100.0;
 
 /// A rough mirror that a cell's ray meets.
@@ -45,10 +45,10 @@ struct Met {
 
 /// A place whose light rays tell.
 struct Leaving<'a> {
-    /// Its number among those found.
+    /// The number of the cell's result.
     number: usize,
     met: &'a Met,
-    /// Where it is met, before a map turns the normal.
+    /// The surface where the ray meets it, before a map turns the normal.
     encounter: SurfaceInteraction,
     /// The change of its sharp ray from cell to cell.
     change: RayDifferential,
@@ -177,7 +177,7 @@ impl Cells<'_, '_> {
         hidden
     }
 
-    /// The places that were met, and what their sharp rays show.
+    /// Finds the places that were met, and the light of their sharp rays.
     fn follow(&self, paths: &mut PathTracer<'_>, met: &[Met], found: &mut Vec<Found>) {
         let (scene, tracer) = (self.job.scene, &self.mirrors.tracer);
         let greatest = FAR_DIAGONALS * scene.bounds.diagonal().max(f32::MIN_POSITIVE);
@@ -193,7 +193,7 @@ impl Cells<'_, '_> {
             let Some(direction) = direction else { continue };
             let change = step.outgoing_change(BounceKind::Reflect, incoming, &met.change, &turned);
             let ray = Ray { origin: tracer.departure(&turned.point, direction), direction };
-            // What bumps do from cell to cell says nothing of how lobes cover them.
+            // The bumps' changes from cell to cell say nothing of how lobes cover cells.
             let smooth_change = match variance > 0.0 {
                 true => step.outgoing_change(BounceKind::Reflect, incoming, &met.change, &encounter),
                 false => change,
@@ -244,7 +244,7 @@ impl Cells<'_, '_> {
             if place.bumps == Bumps::None || !place.is_seen || is_hidden {
                 continue;
             }
-            // Others in every cell: what they miss is noise, not a pattern.
+            // Each cell has other directions: errors are noise, not a pattern.
             let shifts = [[0, 1], [2, 3]]
                 .map(|axes| Vec2::from(axes.map(|axis| random::unit(axis, place.column.into(), place.row.into()))));
             let material = scene.material_of(encounter.point.object);
@@ -264,7 +264,7 @@ impl Cells<'_, '_> {
                         cones.push(Cone { ray: leaving.ray, change: leaving.change, absorption });
                         shares.push(leaving.weight.element_sum());
                     }
-                    // What goes by this event differs from part to part, not only where it goes.
+                    // The share of light that takes this event differs from part to part, not only its direction.
                     lobes.push((*number, kind, first..cones.len(), 1.0 / (SMALL_BUMP_RAYS as f32 * mean)));
                 }
                 continue;

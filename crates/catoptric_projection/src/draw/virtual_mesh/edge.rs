@@ -22,49 +22,50 @@ const UNSEEN: f32 = 1e4;
 /// Chosen, not measured.
 const JUMP: f32 = 4.0;
 
-/// Where nearness is enough, appearances are joined whose reflection points lie no further apart than this share of the
+/// The greatest distance of the reflection points of appearances that are joined by nearness alone, as a share of the
 /// reflector's radius: a quarter of its size. Chosen, not measured.
 const JOINED: f32 = 0.5;
 
 /// Edges shorter than this share of the scene are never divided. Chosen, not measured.
 const SHORTEST: f32 = 1e-4;
 
-/// The same where strongly bent pieces are left out: nearly all of what is stretched so much is.
+/// Like [`SHORTEST`], where strongly bent pieces are left out: nearly all pieces that are stretched so much are.
 const SHORTEST_LEFT_OUT: f32 = 5e-4;
 
-/// Where an appearance ends on an edge, its piece may be this many times the smallest size: the way to the end is
-/// followed. Chosen, not measured.
+/// The longest pieces on which an appearance ends, in smallest sizes of pieces: the way to the end is followed. Chosen,
+/// not measured.
 const END_PIECES: f32 = 32.0;
 
-/// It is followed in steps of this many times the smallest size. Chosen, not measured.
+/// The steps in which the way to the end is followed, in smallest sizes of pieces. Chosen, not measured.
 const WAY_STEPS: f32 = 5.0;
 
-/// Where pieces on which appearances end are left out, they are divided until they are no longer than this, in pixels:
-/// about a block of the picture. Chosen, not measured.
+/// The longest pieces on which appearances end, in pixels, where such pieces are left out: about a block of the
+/// picture. Chosen, not measured.
 const LEFT_OUT_PX: f32 = 8.0;
 
-/// There, pieces are not divided below this size, in pixels, however bent they are: they are left out, too. Chosen, not
-/// measured.
+/// The smallest bent pieces that are divided, in pixels, where pieces are left out: smaller ones are left out, too.
+/// Chosen, not measured.
 const SMALLEST_BENT_PX: f32 = 3.0;
 
 /// Pieces in holes that are shorter than this are not divided, in pixels: two blocks. Chosen, not measured.
 const IN_HOLE_PX: f32 = 16.0;
 
-/// Where it ends is found to this share of the smallest size. Chosen, not measured.
+/// The accuracy of ends, as a share of the smallest size of pieces. Chosen, not measured.
 const END_ERROR: f32 = 0.125;
 
 /// First-order start of the picture of an edge.
 struct Bend {
     /// Predicted length, in pixels.
     moves: f32,
-    /// How far from where it does get.
+    /// The distance of that from the move along a straight edge, in pixels; a quarter of it is the error in the middle.
     deviation: f32,
 }
 
 /// Estimates of errors beyond this mean that nothing is known. Chosen, not measured.
 const MAX_UNCERTAIN_PX: f32 = 1.0;
 
-/// The border of what appears is drawn straight over this many times the smallest size. Chosen, not measured.
+/// The length over which the border of an appearance is drawn straight, in smallest sizes of pieces. Chosen, not
+/// measured.
 const END_STEPS: f32 = 12.0;
 
 /// Rules for edges: everything here depends on the two ends alone, and not on their order.
@@ -114,15 +115,15 @@ impl EdgeRule {
         self.piece_px * END_ERROR
     }
 
-    /// How far from each other the ends of ways may be: what appears ends on a curve.
+    /// The greatest distance of the ends of ways from each other, in pixels: appearances end on a curve.
     pub(super) fn end_step_px(&self) -> f32 {
         self.piece_px * END_STEPS
     }
 
-    /// How much an edge needs a division: 0 where it needs none, else its length in the picture: halving the
-    /// longest edges first makes pieces that look compact.
+    /// The priority of an edge's division: 0 where it needs none, else its length in the picture: halving the longest
+    /// edges first makes compact pieces.
     ///
-    /// What lies in `holes` of the picture is not drawn, and needs none.
+    /// Parts in `holes` of the picture are not drawn, and need none.
     pub(super) fn split_priority(
         &self,
         a: Vec3,
@@ -147,7 +148,7 @@ impl EdgeRule {
         if let ([one], [other]) = (at_a, at_b)
             && self.may_join(one, other)
         {
-            // The same from both ends.
+            // The strain is equal from both ends.
             return self.strain_between(one, other, step, holes);
         }
         let forward = at_a.iter().map(|one| self.strain_at(one, at_a, at_b, step, holes));
@@ -168,7 +169,7 @@ impl EdgeRule {
             if self.stays_beside(one, step) {
                 return 0.0;
             }
-            // It ends on the way, at the latest half-way to the appearance that it merges with.
+            // The appearance ends on the way, at the latest half-way to the appearance that it merges with.
             let way_px = self.way_px(one, here, there, step);
             return if way_px < IN_HOLE_PX && self.is_in_hole(one.image_px, holes) { 0.0 } else { self.ending(way_px) };
         };
@@ -196,7 +197,8 @@ impl EdgeRule {
         !is_inside || holes.has(column, row)
     }
 
-    /// How far an appearance goes in the picture, in pixels, on the way to another point where it does not appear.
+    /// The distance in the picture, in pixels, that an appearance goes on the way to another point where it does not
+    /// appear.
     pub(super) fn way_px(&self, one: &Projection, here: &[Projection], there: &[Projection], step: Vec3) -> f32 {
         let moves = (one.predicted(step) - one.image_px).length();
         // Beside a fold it goes as far as the one that it merges with.
@@ -226,7 +228,7 @@ impl EdgeRule {
         let (ahead, back) = (bend(one, other, step, depths), bend(other, one, -step, depths.swapped()));
         let (distance, extent) = (other.image_px.distance(one.image_px), ahead.moves.max(back.moves));
         if distance > JUMP * extent {
-            // Where one ends another begins, as far away as it likes: smaller pieces would not bring them together.
+            // One appearance ends and another begins, at any distance: smaller pieces would not bring them together.
             return self.ending(extent);
         }
         if distance.max(extent) < IN_HOLE_PX
@@ -293,7 +295,7 @@ impl EdgeRule {
         self.mismatch(one, other, step) <= self.allowed_mismatch(size) + uncertainty(one, other)
     }
 
-    /// The appearance after a step that continues `one`; returns `None` if there is none so near to what is predicted.
+    /// The appearance after a step that continues `one`; returns `None` if there is none so near to the predicted one.
     pub(super) fn continued<'a>(
         &self,
         one: &Projection,
@@ -305,20 +307,21 @@ impl EdgeRule {
         let distance = other.image_px.distance(one.image_px);
         let size = (one.predicted(step) - one.image_px).length().max(distance);
         let allowed = self.allowed_mismatch(size) + uncertainty(one, other);
-        // Beside a fold everything is expected to move far, and what lies there is not what ended in the fold: that
-        // would have to come back as far.
+        // Beside a fold all appearances are expected to move far, and those found there are not the ones that ended in
+        // the fold: these would have to come back as far.
         let depths = self.depths(one, other);
         let back = expected(other, -step, depths.swapped()).distance(other.image_px);
         let jumps = distance > self.way_step_px() && distance > JUMP * back;
         (!jumps && expected(one, step, depths).distance(other.image_px) <= allowed).then_some(other)
     }
 
-    /// How far appearances of one sheet may be from predicting each other where they are `size` pixels apart.
+    /// The greatest error, in pixels, with which appearances of one sheet that are `size` pixels apart may predict each
+    /// other.
     fn allowed_mismatch(&self, size: f32) -> f32 {
         (4.0 * self.edge_error_px).max(2.0 * self.piece_px).max(0.75 * size)
     }
 
-    /// How far two appearances at the ends of a step are from predicting each other, in pixels.
+    /// The error with which two appearances at the ends of a step predict each other, in pixels.
     fn mismatch(&self, one: &Projection, other: &Projection, step: Vec3) -> f32 {
         let depths = self.depths(one, other);
         let forward = expected(one, step, depths).distance(other.image_px);
@@ -369,21 +372,21 @@ impl Depths {
 /// Bend of the picture of an edge, predicted from its start.
 fn bend(one: &Projection, other: &Projection, step: Vec3, depths: Depths) -> Bend {
     let moves = one.predicted(step) - one.image_px;
-    // On a straight edge the picture of the edge's start moves on by this much; half the difference is found in the
-    // middle of the way, and half of that again at the middle of a parabola.
+    // The move at the start of a straight edge, in perspective. In the middle of a parabola the deviation is a quarter
+    // of the difference.
     let straight = (other.image_px - one.image_px) * (depths.other / depths.own);
     Bend { moves: moves.length(), deviation: (moves - straight).length() }
 }
 
-/// Where `one` is expected to appear after a step, if it becomes another: seen in perspective, it moves the less the
+/// The expected appearance of `one` after a step, if it becomes another: seen in perspective, it moves the less the
 /// further away it gets.
 fn expected(one: &Projection, step: Vec3, depths: Depths) -> Vec2 {
     let moves = one.predicted(step) - one.image_px;
     one.image_px + moves * (depths.own / depths.other)
 }
 
-/// How far two appearances may be from predicting each other because of how they were found, in pixels: no division
-/// makes that better.
+/// The error, in pixels, with which two appearances predict each other because of how they were found: division does
+/// not reduce it.
 fn uncertainty(one: &Projection, other: &Projection) -> f32 {
     (one.error_px + other.error_px).min(MAX_UNCERTAIN_PX)
 }

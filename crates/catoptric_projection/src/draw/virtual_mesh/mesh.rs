@@ -39,14 +39,14 @@ pub struct VirtualMesh {
 /// Work that a mesh may take.
 #[derive(Clone, Copy, Debug)]
 pub struct Allowance {
-    /// In units of about 100 ns of one core.
+    /// Work, in units of about 100 ns of one core.
     pub(super) work: u64,
-    /// What would not be whole is not made.
+    /// True if an incomplete mesh is of no use, and is not made.
     pub(super) whole: bool,
 }
 
 impl Allowance {
-    /// For all of a mesh: it is coarser if this is not enough.
+    /// The allowance of a mesh that becomes coarser if this is not enough.
     pub fn for_all(work: u64) -> Self {
         Self { work, whole: false }
     }
@@ -56,14 +56,14 @@ impl Allowance {
         self.work
     }
 
-    /// For a whole mesh, or none at all.
+    /// The allowance of a mesh that is not made at all if this is not enough.
     pub fn for_whole(work: u64) -> Self {
         Self { work, whole: true }
     }
 }
 
 impl VirtualMesh {
-    /// What is known of a mesh that takes too much work.
+    /// The counts of a mesh that takes too much work, without its geometry.
     pub(super) fn given_up(self) -> Self {
         let Self { points_projected, extrapolated, work, allowed, .. } = self;
         Self { points_projected, extrapolated, work, allowed, unfinished: self.unfinished.max(1), ..Self::default() }
@@ -96,7 +96,7 @@ impl VirtualMesh {
         corners.extend_from_slice(&self.corners);
     }
 
-    /// The same for some of a divider's pieces.
+    /// Appends some of a divider's pieces.
     pub(super) fn append_some_to(
         &self,
         pieces: Range<usize>,

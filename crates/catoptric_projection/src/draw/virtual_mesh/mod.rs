@@ -34,18 +34,17 @@ use std::collections::HashSet;
 use std::ops::Range;
 use steady::{SteadyFrame, SteadyPart};
 
-/// Triangles are worked on again, because of what was found in their neighbours, or with what work the others have
-/// left, at most this often. A bound on time; chosen, not measured.
+/// The maximum number of rounds in which triangles are worked on again, because of boundaries found in their
+/// neighbours, or with the work that others have left. A bound on time; chosen, not measured.
 const MAX_ROUNDS: usize = 6;
 
-/// In the first round triangles may take this many times an even share of the work: most need next to nothing. Chosen,
-/// not measured.
+/// The most work of a triangle in the first round, in even shares: most need next to nothing. Chosen, not measured.
 const FIRST_SHARES: u64 = 2;
 
-/// Triangles are divided with the work of so many points or more. Chosen, not measured.
+/// Triangles are divided with the work of this many points or more. Chosen, not measured.
 const DIVIDING_POINTS: u64 = 4;
 
-/// Triangles are not worked on again with less work than that of so many points. Chosen, not measured.
+/// Triangles are not worked on again with less work than that of this many points. Chosen, not measured.
 const MIN_POINTS: u64 = 8;
 
 /// Work that every triangle counts as: it is looked at, however little there is to do.
@@ -56,7 +55,7 @@ const WORK_A_TRIANGLE: u64 = 2;
 const TRIANGLES_A_BATCH: usize = 256;
 
 /// Makes the virtual mesh of an object on one path, as its `steps` of a stage, with about as much work as is allowed:
-/// what is left then is drawn coarser, and counted; or nothing is drawn.
+/// the rest is drawn coarser, and counted; or nothing is drawn.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -69,7 +68,7 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
 ) -> Result<VirtualMesh, Cancelled> {
     match SteadyPart::of(steady.filter(|_| whole), object, quality, allowed, stage)? {
         SteadyPart::None => divided(projector, (object, None), quality, Allowance { work: allowed, whole }, stage),
-        // So much is known, whether it was tried or not.
+        // The mesh takes at least the work that is allowed, whether it was tried or not.
         SteadyPart::TooMuch => Ok(VirtualMesh { work: allowed, allowed, ..VirtualMesh::default() }.given_up()),
         SteadyPart::Found(frame) => {
             let left = VirtualObject::steps(frame.left());
@@ -87,7 +86,7 @@ pub fn virtual_mesh<P: VertexProjector + ?Sized>(
     }
 }
 
-/// Makes the mesh of an object by dividing all of its triangles, or those pieces that are left beside what is steady.
+/// Makes the mesh of an object by dividing all of its triangles, or the pieces that are left beside the steady ones.
 fn divided<P: VertexProjector + ?Sized>(
     projector: &P,
     (object, steady): (&VirtualObject, Option<&SteadyFrame<'_>>),
@@ -117,8 +116,8 @@ fn divided<P: VertexProjector + ?Sized>(
     let mut limit = FIRST_SHARES * allowed.saturating_sub(pieces.mesh.work) / wanted.len().max(1) as u64;
     for round in 0..MAX_ROUNDS {
         if limit < DIVIDING_POINTS * mean_work {
-            // With the work of a point or two next to nothing is divided: rather some triangles well than all of them
-            // badly.
+            // The work of a point or two divides next to nothing: some triangles are divided well rather than all of
+            // them badly.
             limit = if whole { DIVIDING_POINTS * mean_work } else { 0 };
         }
         let (work_before, mut most, mut all_finished) = (pieces.mesh.work, 0, true);
@@ -173,7 +172,7 @@ fn divided<P: VertexProjector + ?Sized>(
 struct MeshPieces {
     /// Everything but the pieces.
     mesh: VirtualMesh,
-    /// One for each triangle.
+    /// The state of each triangle.
     states: Vec<TriangleState>,
     /// The pieces of all divisions.
     parts: Vec<VirtualMesh>,
@@ -181,7 +180,7 @@ struct MeshPieces {
 }
 
 impl MeshPieces {
-    /// Adds what came of some triangles, and returns the most work of one of them, and whether all are finished.
+    /// Adds the results of some triangles. Returns the most work of one of them, and true if all are finished.
     fn add(
         &mut self,
         ((part, dips), results): ((VirtualMesh, Vec<MissedBoundary>), Vec<DividedTriangle>),
@@ -240,7 +239,8 @@ impl TriangleState {
 }
 
 /// Adds those of the unfinished triangles to `wanted` that need it most, as many as `remaining` work is enough for, and
-/// returns what each may take: twice what it had, and no less than `least`; and whether that is all of them.
+/// returns the work that each may take: twice that of the last round, and no less than `least`. Also returns true if
+/// these are all of them.
 fn unfinished(states: &[TriangleState], remaining: u64, least: u64, wanted: &mut Vec<u32>) -> (u64, bool) {
     let is_unfinished = |triangle: &u32| states[*triangle as usize].unfinished > 0;
     let mut waiting: Vec<u32> = (0..states.len() as u32).filter(is_unfinished).collect();

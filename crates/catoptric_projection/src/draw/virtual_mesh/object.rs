@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub struct VirtualObject {
     /// The object's number in the scene.
     pub object: u32,
-    /// Its points and triangles.
+    /// The object's points and triangles.
     pub welded: Arc<WeldedObject>,
     /// The number of its first triangle in the scene.
     pub first_triangle: u32,
@@ -70,6 +70,6 @@ impl VirtualObject {
     }
 }
 
-/// Of appearances of a point on one path no more than so many are drawn: those that are magnified most. Bumpy mirrors
-/// show points a hundred times, in places of less than a pixel. A bound on time; chosen, not measured.
+/// The maximum number of appearances of a point on one path that are drawn: those that are magnified most. Bumpy
+/// mirrors show points a hundred times, in places of less than a pixel. A bound on time; chosen, not measured.
 pub const MAX_APPEARANCES: usize = 8;

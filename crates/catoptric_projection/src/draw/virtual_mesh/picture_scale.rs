@@ -40,7 +40,7 @@ impl PictureScale {
         if self.focal_px.is_some() { self.depth(one.image_px, one.path_length) } else { 1.0 }
     }
 
-    /// None of the picture's blocks.
+    /// An empty set of the picture's blocks.
     pub(super) fn no_blocks(&self) -> BlockMask {
         BlockMask::new([self.size_px.x, self.size_px.y].map(|pixels| pixels as usize))
     }
@@ -88,7 +88,7 @@ impl PictureScale {
     }
 }
 
-/// The depth of what lies so far away on the ray through a place so many pixels from the picture's middle.
+/// The depth of a point from its distance along the ray through a place, given in pixels from the picture's middle.
 #[inline(always)]
 fn depth_along(from_middle_px: Vec2, path_length: f32, focal_px: f32) -> f32 {
     path_length / (1.0 + (from_middle_px / focal_px).length_squared()).sqrt()

@@ -19,12 +19,12 @@ const POINTS_A_BATCH: usize = 8;
 /// measured.
 const MAX_ROUNDS: u32 = 4;
 
-/// Where all points are needed, it is looked at what to expect after this part of the work, and with that expected to
-/// be so many times too much nothing more is tried. Chosen, not measured.
+/// Where all points are needed: the divisor of the work after which the whole work is estimated, and the excess of the
+/// estimate, as a factor, above which nothing more is tried. Chosen, not measured.
 const FIRST_PART: u64 = 8;
 const HOPELESS: u64 = 4;
 
-/// An extrapolated appearance is off by about this share of how far it was led on. Chosen, not measured.
+/// The error of an extrapolated appearance, as a share of the distance of the extrapolation. Chosen, not measured.
 const EXTRAPOLATED_ERROR: f32 = 0.25;
 
 /// The appearances of an object's points on one path.
@@ -41,7 +41,7 @@ pub(super) struct ProjectedPoints {
     pub(super) needed: Option<u64>,
 }
 
-/// The work that chunks will have taken in the end, if what is left of each is like what is done.
+/// The expected work of all chunks, if the rest of each is like the part that is done.
 fn expected_work(chunks: &[ProjectedChunk], points: &[&[Vec3]]) -> u64 {
     let of_chunk = |(chunk, points): (&ProjectedChunk, &&[Vec3])| {
         let shares = (chunk.work, points.len() as u64, chunk.known().max(1) as u64);
@@ -194,7 +194,7 @@ pub fn spread_order(count: usize) -> Vec<u16> {
     (0..1usize << bits).map(reversed).filter(|number| *number < count).map(|number| number as u16).collect()
 }
 
-/// An appearance led on to a point a step away, to first order.
+/// An appearance extrapolated to a point a step away, to first order.
 fn extrapolated(one: &Projection, step: Vec3) -> Projection {
     let image_px = one.predicted(step);
     let error_px = one.error_px + EXTRAPOLATED_ERROR * image_px.distance(one.image_px);

@@ -4,7 +4,7 @@
 const TRIANGLES_AT_ONCE: usize = 8;
 const LEAST_PORTIONS: usize = 16;
 
-/// Of so many triangles as many are worked on at once: of few, which are mostly large, every one alone.
+/// The number of triangles in a portion of work: few triangles are mostly large, and every one is a portion.
 pub(super) fn triangles_at_once(count: usize) -> usize {
     (count / LEAST_PORTIONS).clamp(1, TRIANGLES_AT_ONCE)
 }

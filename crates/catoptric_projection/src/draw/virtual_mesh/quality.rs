@@ -10,10 +10,10 @@ pub struct MeshQuality {
     pub edge_error_px: f32,
     /// Edges shorter than this are not divided, in pixels; those on which an appearance ends, than 32 times this.
     pub piece_px: f32,
-    /// As in Chen and Arvo 2000: appearances at the two ends of an edge are joined where they lie near each other,
-    /// whether they predict each other or not, and no mirror appears in itself.
+    /// True for the rules of Chen and Arvo 2000: appearances at the two ends of an edge are joined where they lie near
+    /// each other, whether they predict each other or not, and no mirror appears in itself.
     pub is_plain: bool,
-    /// The picture: what appears outside it is not divided.
+    /// The picture: edges outside it are not divided.
     pub picture: PictureScale,
     /// The fate of pieces on which appearances end, and of those that would have to be very small.
     pub ends: Ends,
@@ -30,7 +30,7 @@ pub enum Ends {
 }
 
 impl MeshQuality {
-    /// For a view's picture, by the finest edges' error and the smallest pieces, both in pixels.
+    /// Quality for a view's picture, from the finest edges' error and the smallest pieces, both in pixels.
     pub fn new(view: &View, edge_error_px: f32, piece_px: f32) -> Self {
         let (picture, ends) = (PictureScale::new(view), Ends::Followed);
         Self { edge_error_px, piece_px, is_plain: false, picture, ends }
@@ -38,7 +38,7 @@ impl MeshQuality {
 }
 
 impl MeshQuality {
-    /// The same with errors and pieces so many times larger.
+    /// This quality with errors and pieces so many times larger.
     #[must_use]
     pub fn coarser(&self, times: f32) -> Self {
         Self { edge_error_px: self.edge_error_px * times, piece_px: self.piece_px * times, ..*self }

@@ -1,4 +1,4 @@
-//! From the virtual geometry of a view to its picture and overlays: with tiles for the paths that it lacks.
+//! The picture and overlays of a view from its virtual geometry, with tiles for the paths that it lacks.
 
 use super::super::lists::{EndsOfPaths, draw_lists, lists_of_paths};
 use super::super::overlays::{self, ShownPixels};
@@ -16,7 +16,7 @@ use catoptric_engine::raster::{self, BlockMask};
 use std::collections::HashSet;
 
 impl VirtualGeometry {
-    /// That of a view all of whose paths are left to something else, without a try.
+    /// The geometry of a view all of whose paths are left to something else, without a try.
     pub(crate) fn all_left(paths_left: PathBeginnings) -> Self {
         let mut report = Report::default();
         let count = paths_left.len() as u64;
@@ -28,11 +28,11 @@ impl VirtualGeometry {
         Self { paths: Vec::new(), paths_left, paths_too_long: 0, has_wrong_lenses: false, ends, report }
     }
 
-    /// Rasterises it. Reflectors with environment maps show these, and maps of far objects take the place of their
-    /// virtual meshes. With `tiles` these draw the paths that are left.
+    /// Rasterises the geometry. Reflectors with environment maps show these, and maps of far objects take the place of
+    /// their virtual meshes; `tiles` draw the paths that are left.
     ///
     /// # Errors
-    /// Those of the rasteriser.
+    /// The errors of the rasteriser.
     pub(crate) fn draw(
         self,
         job: &Job<'_>,
@@ -49,7 +49,7 @@ impl VirtualGeometry {
         }
         let of_work = paths_left.len() as u64 > paths_too_long;
         if tiles.go_on() && of_work {
-            // The same for all frames, so that it is shown once.
+            // The text is the same in all frames, so that it is shown once.
             let warning = "some paths, with those that go on from them, are drawn by tiles: they take more than the \
                            `work` that is allowed (with `beyond_work = \"coarse\"` the method draws them, coarser)";
             report.warnings.push(warning.into());
@@ -68,8 +68,8 @@ impl VirtualGeometry {
         PathLists { lists: lists_of_paths(job, self.paths, None, &self.ends, &lenses), has_rest, report: self.report }
     }
 
-    /// An overlay of what [`Self::draw`] draws. Kinds that virtual meshes do not have are `own` ones of the method: it
-    /// makes them of what pixels show and of the paths that meshes draw.
+    /// An overlay of the picture that [`Self::draw`] draws. Kinds that virtual meshes do not have are `own` ones of the
+    /// method, made from the surfaces that pixels show and the paths that meshes draw.
     ///
     /// # Errors
     /// As [`Self::draw`].

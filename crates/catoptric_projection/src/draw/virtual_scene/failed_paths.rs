@@ -1,6 +1,6 @@
 //! Paths that took more work than a frame has for them: not every frame tries them again.
 //!
-//! What a path takes depends on how large its first mirror appears, and from which side. A path that has failed is
+//! The work of a path depends on how large its first mirror appears, and from which side. A path that has failed is
 //! therefore not tried again before the view has changed by [`CHANGED`] or anything has moved, nor within some frames,
 //! twice as many after every further failure; or before frames have twice the work. All of that is counted in frames
 //! and work, so the same sequence of frames gives the same pictures.
@@ -13,11 +13,12 @@ use std::collections::BTreeMap;
 
 /// A view has changed where its eye has moved by this share of its distance from the path's first mirror, where it has
 /// turned by this angle in radians, or where its pixels have become smaller or larger by this share. Either way the
-/// mirror is seen from the side by about this angle, or larger by less than twice its area, which work goes by: then it
-/// is likely that what was too much still is.
+/// mirror is seen from the side by about this angle, or larger by less than twice its area, which work goes by: then a
+/// path that took too much work probably still does.
 const CHANGED: f32 = 0.25;
 
-/// Frames with so many times the work try again. Below the difference is no more than that of two views that are alike.
+/// Frames with this many times the work try again. Below the difference is no more than that of two views that are
+/// alike.
 const MUCH_MORE_WORK: u64 = 2;
 
 /// Frames without a try after the first failure, and the most after many. Trying always costs about as much as a
@@ -25,7 +26,7 @@ const MUCH_MORE_WORK: u64 = 2;
 const FIRST_WAIT: u64 = 8;
 const LONGEST_WAIT: u64 = 256;
 
-/// What is known of the paths that have failed so far.
+/// The failures of paths so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FailedPaths {
     /// The number of the frame.
@@ -37,7 +38,7 @@ pub(crate) struct FailedPaths {
 #[derive(Clone, Debug)]
 struct PathFailure {
     view: View,
-    /// Of its first mirror.
+    /// The bounding box of its first mirror.
     bounds: Aabb,
     /// The work of the frame.
     work: u64,
@@ -59,13 +60,13 @@ impl PathFailure {
         };
         let scale = self.view.pixel_size() / now.pixel_size();
         let (eye, moved) = (self.view.eye(), self.view.eye().distance(now.eye()));
-        // From within there is no distance to compare with but the mirror's size.
+        // Within the mirror's box its size stands in for the distance.
         let distance = (self.bounds.center() - eye).length().max(0.5 * self.bounds.diagonal());
         let axes = |view: &View| [view.world_from_view.matrix3.z_axis, view.world_from_view.matrix3.y_axis];
         let turned = axes(&self.view).into_iter().zip(axes(now));
         // The chord of an angle is about that angle.
         let most_turned = turned.map(|(then, now)| then.distance(now)).fold(0.0, f32::max);
-        // Not a number: changed.
+        // Values that are not numbers count as changed.
         let is_like = same_kind
             && scale.max(1.0 / scale) <= 1.0 + CHANGED
             && moved <= CHANGED * distance
@@ -94,7 +95,7 @@ impl FailedPaths {
         self.failures.values_mut().for_each(|failure| failure.is_outdated = true);
     }
 
-    /// Notes what came of a frame's tries: those that failed and those that did not.
+    /// Notes the outcomes of a frame's tries: paths that failed, and paths that did not.
     pub(super) fn note(&mut self, tries: &PathTries, (scene, view): (&Scene, &View), work: u64) {
         self.failures.retain(|beginning, _| !tries.done.contains(beginning));
         for beginning in tries.failed.iter() {
@@ -116,18 +117,18 @@ impl FailedPaths {
 /// The paths of a frame that are done as a whole or not at all.
 #[derive(Debug, Default)]
 pub(super) struct WholePaths {
-    /// Those that are left to something else.
+    /// Paths that are left to something else.
     pub(super) undone: PathBeginnings,
-    /// How many of these were not tried, as they have failed before.
+    /// The number of these that were not tried, as they have failed before.
     pub(super) not_tried: u64,
     pub(super) tries: PathTries,
 }
 
-/// What came of the paths that a frame has tried.
+/// The outcomes of the paths that a frame has tried.
 #[derive(Debug, Default)]
 pub(super) struct PathTries {
-    /// All that they show is drawn.
+    /// Paths that are drawn completely.
     pub(super) done: PathBeginnings,
-    /// It took more work than is allowed, though others had left enough for a fair try.
+    /// Paths that took more work than is allowed, though others had left enough for a fair try.
     pub(super) failed: PathBeginnings,
 }

@@ -14,11 +14,11 @@ use catoptric_engine::method::{Job, Report};
 use catoptric_engine::raster::BlockMask;
 use std::collections::HashSet;
 
-/// What virtual meshes of a view are made with.
+/// The inputs of a view's virtual meshes.
 pub(crate) struct MeshesOfView<'a, P: ?Sized> {
     pub(crate) projector: &'a P,
     pub(crate) quality: MeshQuality,
-    /// Who knows what of them stays from view to view.
+    /// The source of parts that stay from view to view, if the method has one.
     pub(crate) steady: Option<&'a dyn SteadySource>,
 }
 
@@ -31,13 +31,13 @@ pub(crate) struct VirtualGeometry {
     pub(super) paths_too_long: u64,
     /// True if appearances in lenses were found wrong.
     pub(super) has_wrong_lenses: bool,
-    /// What is seen where no path goes on.
+    /// The picture where no path goes on.
     pub(super) ends: EndsOfPaths,
     pub(crate) report: Report,
 }
 
 impl VirtualScene {
-    /// The geometry of a view's paths, and what was left out of it. Makes the virtual meshes that are missing, with
+    /// The geometry of a view's paths, and the paths that are left out. Makes the virtual meshes that are missing, with
     /// about as much work; if paths are to be whole, those that take more are left out, and those that are given are
     /// not tried.
     ///
@@ -56,7 +56,7 @@ impl VirtualScene {
         let maker = MeshMaker { scene: self, job, projector, quality, steady: *steady };
         let pairs = maker.pairs(maps);
         if maps.far.is_some() {
-            // What has become far since an earlier frame is not drawn twice.
+            // Meshes of objects that have become far since an earlier frame would be drawn twice.
             let wanted: HashSet<PathObject> = pairs.iter().copied().collect();
             self.locked_meshes().retain(|key, _| wanted.contains(key));
         }

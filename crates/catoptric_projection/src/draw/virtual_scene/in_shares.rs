@@ -6,21 +6,21 @@ use super::maker::MeshMaker;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_engine::method::projector::VertexProjector;
 
-/// Objects on a path may first take this many times an even share of what is there for those of their kind: most need
-/// less. Chosen, not measured.
+/// The work that an object on a path may take first, in even shares of the work for its kind: most need less. Chosen,
+/// not measured.
 const EVEN_SHARES: u64 = 2;
 
-/// Of the work that is left in the end an object on a path may take one part of so many, or an even share if that is
-/// more. Chosen, not measured.
+/// The divisor of the largest share: an object on a path may take this part of the work that is left in the end, or an
+/// even share if that is more. Chosen, not measured.
 const LARGEST_SHARE: u64 = 3;
 
-/// Meshes are made again if they may take so many times what they were first allowed. Chosen, not measured.
+/// The factor between the work now and the first allowance from which on meshes are made again. Chosen, not measured.
 const MUCH_MORE: u64 = 2;
 
 impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
     /// Makes the virtual meshes that are not kept from an earlier frame.
     ///
-    /// All of them are made with about even shares of the work, then those that are coarse again with what is left.
+    /// All of them are made with about even shares of the work, then coarse ones again with the work that is left.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -30,7 +30,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         let meshes = || self.scene.locked_meshes();
         let (mut made, mut remaining) = (MadeMeshes::default(), work);
         let mut coarse = Vec::new();
-        // Each kind leaves a half for those after it.
+        // Each kind leaves half of the work for the kinds after it.
         let kinds: Vec<&[PathObject]> = pairs.chunk_by(|a, b| self.kind(*a) == self.kind(*b)).collect();
         for (kind, pairs) in kinds.iter().enumerate() {
             let mut of_kind = if kind + 1 < kinds.len() { remaining / 2 } else { remaining };
@@ -53,7 +53,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         Ok(made)
     }
 
-    /// Makes coarse meshes, given with what they were allowed, again with what work is left.
+    /// Makes coarse meshes, given with their allowances, again with the work that is left.
     fn refine(&self, coarse: &[(PathObject, u64)], mut remaining: u64, made: &mut MadeMeshes) -> Result<(), Cancelled> {
         let meshes = || self.scene.locked_meshes();
         let steps: u64 = coarse.iter().map(|(key, _)| self.steps(*key)).sum();

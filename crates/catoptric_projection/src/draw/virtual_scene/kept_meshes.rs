@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// A path and an object on it, both by their numbers.
 pub(super) type PathObject = (u32, u32);
 
-/// What a mesh was first allowed and took, before there was work left to make it again.
+/// The allowance and work of a mesh's first version, before there was work left to make it again.
 #[derive(Clone, Copy)]
 pub(super) struct FirstMesh {
     pub(super) allowed: u64,
@@ -15,7 +15,7 @@ pub(super) struct FirstMesh {
     pub(super) needed: Option<u64>,
     /// Points that were projected.
     points: u64,
-    /// It is coarser than asked for, or nothing.
+    /// True if the mesh is coarser than asked for, or empty.
     pub(super) is_coarse: bool,
 }
 
@@ -47,19 +47,19 @@ pub(super) type KeyedMeshes = HashMap<PathObject, KeptMesh>;
 
 /// A virtual mesh that later frames may use.
 pub(super) struct KeptMesh {
-    /// How fine it was to be.
+    /// The quality that was asked for.
     pub(super) quality: MeshQuality,
-    /// What it was made of.
+    /// The points and triangles that it was made of.
     pub(super) welded: Arc<WeldedObject>,
     pub(super) mesh: VirtualMesh,
     pub(super) first: FirstMesh,
 }
 
-/// What the making of meshes leaves beside them.
+/// Counts of the making of meshes.
 #[derive(Default)]
 pub(super) struct MadeMeshes {
     pub(super) points_projected: u64,
-    /// Vertices that were blended from what is kept, and how long that took.
+    /// The number of vertices that were evaluated from kept polynomials, and the time for that.
     pub(super) steady_points: u64,
     pub(super) blend_ms: f64,
     /// The number of objects on paths that have no mesh, because there was no work left for it.

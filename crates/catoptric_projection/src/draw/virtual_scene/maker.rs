@@ -15,8 +15,8 @@ use std::sync::Arc;
 /// itself, unpolished appearances show the surface in itself. Chosen, not measured.
 const OWN_REFLECTED: f32 = 0.02;
 
-/// Mirrors and glass on paths of the highest order are drawn black: nothing but their outlines is seen, which may be
-/// off by this many times what others may be. Chosen, not measured.
+/// Mirrors and glass on paths of the highest order are drawn black: only their outlines are seen, whose errors may be
+/// this many times those of others. Chosen, not measured.
 const BLACK: f32 = 2.0;
 
 /// Makes the meshes of one view.
@@ -88,8 +88,8 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
         self.projector.paths()[path as usize].bounces.len() as u32
     }
 
-    /// Short paths come first, and on these what has a colour of its own: mirrors are drawn black, or are the ground of
-    /// longer paths.
+    /// Short paths come first, and on these objects with a colour of their own: mirrors are drawn black, or are the
+    /// ground of longer paths.
     pub(super) fn kind(&self, key: PathObject) -> (u32, bool) {
         (self.length(key), self.job.scene.role_of(key.1).is_specular())
     }

@@ -1,4 +1,4 @@
-//! What of mirrors and lenses projections depend on.
+//! The state of mirrors and lenses that projections depend on.
 
 use super::rigid_motion::rigid_motion;
 use catoptric_core::scene::{Role, Scene};
@@ -13,7 +13,7 @@ pub(crate) struct MirrorState {
     object_count: usize,
 }
 
-/// One reflector or lens: what it does to light, and its surface, or its mesh where it has none.
+/// One reflector or lens: its optical properties, and its surface, or its mesh where it has none.
 #[derive(Clone, Debug, PartialEq)]
 struct MirrorShape {
     object: u32,
@@ -28,7 +28,7 @@ struct MirrorShape {
 const SAME_NORMAL: f32 = 1e-3;
 
 impl MirrorShape {
-    /// How it has moved to become another one of the same object; `None` if that is no rotation and translation.
+    /// The motion from here to another state of the same object; `None` if it is no rotation and translation.
     fn motion_to(&self, now: &Self) -> Option<DAffine3> {
         let fixed = |shape: &Self| (shape.object, shape.role, shape.inside);
         if fixed(self) != fixed(now) {
@@ -54,8 +54,8 @@ impl MirrorShape {
 }
 
 impl MirrorState {
-    /// How every object has moved to where it is now, if these are the same mirrors and lenses and none has changed its
-    /// shape; nothing is said of other objects.
+    /// The motion of every object to its present place, if these are the same mirrors and lenses and none has changed
+    /// its shape. Entries of other objects mean nothing.
     pub(crate) fn motions_to(&self, now: &Self) -> Option<Vec<DAffine3>> {
         let fixed = |state: &Self| (state.objects.len(), state.object_count);
         if fixed(self) != fixed(now) || self.indices != now.indices {

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 /// Points may be off by this share of the size of all, as they are rounded.
 const ROUNDED: f64 = 1e-5;
 
-/// And by so many units in the last place of their largest coordinate.
+/// The further error of points by rounding, in units in the last place of their largest coordinate.
 const LAST_PLACES: f64 = 4.0;
 
 /// The rotation and translation that takes points to others, one by one; `None` where there is none, and of points on a

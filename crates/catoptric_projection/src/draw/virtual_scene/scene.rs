@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 pub struct VirtualScene {
     mirrors: MirrorState,
     topologies: MeshTopologies,
-    /// For every object, true if it is a mirror or lens that is convex or has flat faces alone.
+    /// True for objects that are mirrors or lenses and convex, or have only flat faces.
     is_plain: Vec<bool>,
     pub(super) welded: Vec<Arc<WeldedObject>>,
     meshes: Mutex<KeyedMeshes>,
@@ -26,8 +26,8 @@ pub struct VirtualScene {
 }
 
 impl VirtualScene {
-    /// Prepares a scene and returns whether its mirrors are those of `old`: what is still true of that one is kept, but
-    /// for its meshes ([`Self::take_meshes`]).
+    /// Prepares a scene. Returns true if its mirrors are those of `old`, whose valid data is kept, but for its meshes
+    /// ([`Self::take_meshes`]).
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -66,7 +66,7 @@ impl VirtualScene {
         *self.locked_meshes() = std::mem::take(&mut *old.locked_meshes());
     }
 
-    /// Takes from an earlier moment of a scene what is known of paths that have failed, unless it has other objects.
+    /// Takes the failures of paths from an earlier moment of a scene, unless it has other objects.
     pub(crate) fn take_failed(&self, old: &Self) {
         if self.welded.len() == old.welded.len() {
             let mut failed = std::mem::take(&mut *old.locked_failed());
@@ -95,7 +95,7 @@ impl VirtualScene {
         &self.mirrors
     }
 
-    /// What is known of the mirrors' meshes.
+    /// The topologies of the mirrors' meshes.
     pub(crate) fn topologies(&self) -> &MeshTopologies {
         &self.topologies
     }

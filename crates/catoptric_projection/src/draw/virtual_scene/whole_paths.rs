@@ -7,19 +7,18 @@ use super::maker::MeshMaker;
 use catoptric_core::progress::{Cancelled, Stage};
 use catoptric_engine::method::projector::{PathBeginning, PathBeginnings, VertexProjector};
 
-/// Paths of one length may take one part of so many less than all of the work that is left, if there are longer ones.
+/// Paths of one length may take one part of this many less than all of the work that is left, if there are longer ones.
 /// Chosen, not measured.
 const FOR_LONGER: u64 = 4;
 
-/// A path may take this many times an even share of what is there for those of its length: most need less. Chosen, not
-/// measured.
+/// The work that a path may take, in even shares of the work for its length: most need less. Chosen, not measured.
 const EVEN_SHARES: u64 = 2;
 
-/// A path that would have had so many times the work, had others not failed before it, has had no fair try, unless it
+/// A path that would have had this many times the work, had others not failed before it, has had no fair try, unless it
 /// is expected to need even more: it is tried again when they are not.
 const FAIR_SHARES: u64 = 2;
 
-/// What came of one path.
+/// The outcome of one path.
 struct PathTry {
     /// The work that was done.
     taken: u64,
@@ -27,10 +26,10 @@ struct PathTry {
     expected: Option<u64>,
 }
 
-/// What is left of a frame's work, and what of it paths have taken that failed.
+/// The work of a frame that is left, and the work of failed paths in it.
 struct RemainingWork {
     left: u64,
-    /// What later frames, which do not try these paths, have for others.
+    /// Work of paths that failed: later frames, which do not try these paths, have it for others.
     wasted: u64,
 }
 
@@ -43,9 +42,9 @@ impl RemainingWork {
 }
 
 impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
-    /// Makes the virtual meshes that are not kept from an earlier frame, path after path, short ones first. What is
-    /// begun and takes more than there is for it is not whole, and what goes on from it is not begun; nor is what the
-    /// projector leaves out, and what is not to be tried (`without`).
+    /// Makes the virtual meshes that are not kept from an earlier frame, path after path, short ones first. A path that
+    /// takes more than the work left for it is incomplete, and longer paths that go on from it are not begun; nor are
+    /// paths that the projector leaves out, and those not to be tried (`without`).
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -103,7 +102,7 @@ impl<P: VertexProjector + ?Sized> MeshMaker<'_, P> {
                 remaining.left = remaining.left.saturating_sub(taken);
             }
         }
-        // At a lens one of two paths may be whole.
+        // At a lens only one of the two paths may be complete.
         found.tries.done.retain(|own| !found.undone.contains(own));
         found.not_tried = found.undone.iter().filter(|own| !is_wanted(own)).count() as u64;
         Ok((made, found))

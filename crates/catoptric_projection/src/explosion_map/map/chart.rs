@@ -54,7 +54,7 @@ impl Axes {
         Vec3::new(x, y, z)
     }
 
-    /// Where a unit direction is looked up.
+    /// The place at which a unit direction is looked up.
     #[inline]
     pub(super) fn place(&self, direction: Vec3) -> ChartPlace {
         let local = self.local(direction.into());
@@ -87,7 +87,7 @@ fn is_drawn(local: &[Vec3; 3], chart: usize) -> bool {
     let highest = local[0].z.max(local[1].z).max(local[2].z);
     let holds_singular = lowest < 0.0 && holds_opposite_axis(local);
     let singular = lowest < SINGULAR || holds_singular;
-    // In the second map only what the first one is not asked for.
+    // The second map holds only directions that the first one is not asked for.
     let wanted = chart == 0 || highest > -OVERLAP || holds_axis(local);
     !singular && wanted
 }
@@ -116,7 +116,7 @@ pub(super) struct Record {
     /// The position at the first corner, and its changes along both coordinates of the place. The first fourth
     /// component is that corner's first coordinate.
     position: [Vec4; 3],
-    /// The same of the normal, and the second coordinate.
+    /// The normal at the first corner, and its changes; the first fourth component is that corner's second coordinate.
     normal: [Vec4; 3],
 }
 
@@ -125,7 +125,8 @@ impl Record {
     fn new(uv: [Vec2; 3], corners: [&RayCorner; 3]) -> Self {
         let [a, b, c] = uv;
         let (right, down) = (b - a, c - a);
-        // Changes along both coordinates of what is linear in the triangle; cells without area are never looked up.
+        // The derivatives of a function that is linear in the triangle along both coordinates; cells without area are
+        // never looked up.
         let inverse = 1.0 / right.perp_dot(down);
         let along_u = Vec2::new(down.y, -right.y) * inverse;
         let along_v = Vec2::new(-down.x, right.x) * inverse;
@@ -159,7 +160,7 @@ impl Record {
     }
 }
 
-/// Where a record is from.
+/// The origin of a record.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tag {
     /// The triangle of the reflector's mesh.
@@ -168,7 +169,7 @@ pub(super) struct Tag {
     pub(super) beyond: bool,
 }
 
-/// One map: triangles by place.
+/// One of the two maps of a sphere: triangles by place.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SphereChart {
     records: Vec<Record>,
@@ -221,7 +222,7 @@ fn draw(drawn: &mut SphereChart, chart: usize, cells: &MapCells, local: &[Vec3])
             drawn.tags.reserve(drawn.records.capacity());
         }
         let uv = cell.corners.map(|corner| places[corner as usize]);
-        // What is smaller than a texel may never be looked up.
+        // Cells smaller than a texel may never be looked up.
         if drawn.ids.draw(drawn.records.len() as u32, uv.map(|uv| (uv + 1.0) * scale)) {
             drawn.records.push(Record::new(uv, cell.corners.map(|corner| &cells.corners[corner as usize])));
             drawn.tags.push(Tag { triangle: cell.triangle, beyond: cell.beyond });

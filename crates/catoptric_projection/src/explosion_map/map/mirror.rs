@@ -5,7 +5,7 @@ use super::chart::TURN;
 use catoptric_core::math::lanes::{LANES, Lanes};
 use glam::{Vec2, Vec3, Vec3A};
 
-/// Where eight points are looked up.
+/// The look-up of eight points.
 #[derive(Default)]
 struct Lookup {
     /// The place in the map.
@@ -14,11 +14,11 @@ struct Lookup {
     /// The place in the first or second chart, in texels.
     column: Lanes,
     row: Lanes,
-    /// How far along the axis of the first chart, of unit length.
+    /// The coordinate along the axis of the first chart, of the unit direction.
     height: Lanes,
-    /// One over the distance from the centre.
+    /// The reciprocal of the distance from the centre.
     nearness: Lanes,
-    /// How many spheres but the first and the last two are nearer.
+    /// The number of spheres that are nearer, the first and the last two not counted.
     nearer: Lanes,
 }
 
@@ -28,14 +28,14 @@ struct Spheres<'a> {
     size: f32,
     /// True if the first one is the reflector itself.
     itself: bool,
-    /// One over the radii of all but the reflector itself, the nearest first.
+    /// The reciprocals of the spheres' radii, the nearest first; without the reflector itself.
     curvatures: Vec<f32>,
-    /// One over the differences between neighbouring ones of these.
+    /// The reciprocals of the differences between neighbouring `curvatures`.
     spans: Vec<f32>,
 }
 
 impl ExplosionMap {
-    /// Where the mirror images of points are, from the first cell of each sphere; not finite where there is none. For
+    /// Finds the mirror images of points, from the first cell of each sphere; not finite where there is none. For
     /// reflectors that show a point once.
     pub(in super::super) fn mirror_images(&self, points: &[Vec3], images: &mut [Vec3]) {
         let curvatures: Vec<f32> =
@@ -111,7 +111,7 @@ fn mirrored(spheres: &Spheres<'_>, lookup: &Lookup, lane: usize, point: Vec3) ->
     } else {
         let nearer = lookup.nearer[lane] as usize;
         let share = (spheres.curvatures[nearer] - nearness) * spheres.spans[nearer];
-        // Also what is not a number.
+        // The share is 0 if it is not a number, too.
         if share > 0.0 { share.min(1.0) } else { 0.0 }
     };
     let point = Vec3A::from(point);

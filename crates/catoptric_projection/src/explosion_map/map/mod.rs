@@ -19,7 +19,7 @@ use catoptric_engine::optics::path::bundle::BounceKind;
 use chart::{Axes, ChartPlace, Record, SphereChart, Tag};
 use glam::{Mat3, Vec3, Vec3A};
 
-/// Spheres are this much larger than what they are to hold. Chosen well above rounding, not measured.
+/// The factor by which spheres are larger than their contents. Chosen well above rounding, not measured.
 const ROOM: f32 = 1.001;
 
 /// Profile triangles are extended by this share of the way to the singular direction. Chosen, not measured.
@@ -35,9 +35,9 @@ const WORK_A_POINT: u64 = 3;
 /// Bytes of a map that take a unit of work to fill.
 const CHART_BYTES_A_UNIT: u64 = 24;
 
-/// One sphere with its two maps, or the reflector as if it were one.
+/// One sphere, or the reflector itself in place of one, with its two maps.
 struct MapSphere {
-    /// None for the reflector itself.
+    /// The radius; `None`: the reflector itself.
     radius: Option<f32>,
     charts: [SphereChart; 2],
 }
@@ -50,7 +50,7 @@ pub(super) struct ExplosionMap {
     size: u32,
     /// The reflector itself, if there are more than two, and the spheres about it from the nearest to the farthest.
     spheres: Vec<MapSphere>,
-    /// All cells, for points that the spheres do not resolve.
+    /// A tree of all cells, for points that the spheres do not resolve.
     tree: Option<CellTree>,
     variant: Variant,
     /// True if the answers of two spheres are blended as virtual vertices, false if as reflection points.
@@ -98,7 +98,7 @@ impl ExplosionMap {
             let share = index as f32 / (count - 1) as f32;
             1.0 / (1.0 / near + (1.0 / far - 1.0 / near) * share)
         };
-        // With the paper's two, as in the paper, the nearer one holds for all that is within it.
+        // With two spheres, as in the paper, the nearer one is used for all points within it.
         let itself = (count > 2).then_some(None);
         let radii: Vec<Option<f32>> = itself.into_iter().chain((0..count).map(|index| Some(radius(index)))).collect();
         let make = |index: usize| MapSphere::new(radii[index], mesh.center, &axes, &cells, settings.map_size);
@@ -141,7 +141,7 @@ impl ExplosionMap {
         let span = here - there;
         let share = (here - nearness) / span;
         let slope = if share > 0.0 && share < 1.0 { nearness * nearness / span } else { 0.0 };
-        // Also what is not a number.
+        // The share is 0 if it is not a number, too.
         (if share > 0.0 { share.min(1.0) } else { 0.0 }, slope)
     }
 
@@ -154,7 +154,7 @@ impl ExplosionMap {
         let mut found = false;
         let uv = place.uv;
         for &one in near_cells.iter().flatten() {
-            // The same surface at the far sphere: the reflection point nearest to this one.
+            // The cell at the far sphere that shows the same surface is the one with the nearest reflection point.
             let [here, _] = one.0.at(uv);
             let apart = |other: &TaggedRecord<'_>| other.0.at(uv)[0].distance_squared(here);
             let others = far_cells.iter().enumerate().filter(|(k, _)| !used[*k]);
@@ -176,7 +176,7 @@ impl ExplosionMap {
                 found = true;
             }
         }
-        // Where these spheres have no cell another one may.
+        // Another sphere may have cells where these two have none.
         let mut others = self.spheres.iter().rev();
         while !found && let Some(sphere) = others.next() {
             for &record in sphere.at(place).iter().flatten() {
@@ -203,7 +203,7 @@ impl ExplosionMap {
         let raw = mix(near_normal, far_normal);
         let inverse = raw.length().recip();
         let normal = raw * inverse;
-        // Of the place with the point: of the direction, which changes across itself.
+        // The change of the place with the point: through the direction, which changes across itself.
         let turned = |change: Vec3| (change - direction * direction.dot(change)) / distance;
         let [along_u, along_v] = self.axes.change(place).map(turned);
         let along_share = direction * slope;
@@ -215,7 +215,7 @@ impl ExplosionMap {
             change(near.normal_changes(), far.normal_changes(), far_normal - near_normal) * inverse;
         let normal_change = normal_change - outer(normal, normal_change.transpose() * normal);
         let nearer = if share < 0.5 { near_tag } else { far_tag };
-        // Of the blended position, in the nearer one's triangle.
+        // The weights of the blended position in the nearer one's triangle.
         let corners = reflector.mesh.triangles[nearer.triangle as usize];
         let weights = weights_of(corners.map(|vertex| reflector.mesh.positions[vertex as usize]), position);
         let origin = interpolated(&reflector.rays.origins, corners, weights);
@@ -285,7 +285,7 @@ impl ExplosionMap {
                 (Variant::Subdivision, None) => {
                     found.extend(walks.walk(reflection_point.triangle, reflection_point.weights, WalkReach::Anywhere));
                 }
-                // What lies beyond where the reflector ends as it is seen is in no cell; within a body rays end.
+                // Points beyond the silhouette or border of the reflector lie in no cell; rays within a body end there.
                 (_, Some(_)) if reflection_point.beyond && !reflector.rays.inside_after => {
                     found.extend(walks.walk(reflection_point.triangle, reflection_point.weights, WalkReach::Anywhere));
                 }

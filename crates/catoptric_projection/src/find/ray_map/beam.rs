@@ -1,4 +1,4 @@
-//! A bundle of rays cut out by planes: what may be near them, however wide they fan out.
+//! Beams: planes around a bundle of rays, between which all points near the rays lie, however wide these fan out.
 
 use catoptric_core::math::portable::PortableMath;
 use glam::{DVec2, DVec3, Vec3};
@@ -10,8 +10,8 @@ pub(super) const PLANES: usize = 5;
 /// roundings.
 const ROUNDING: f32 = 2e-6;
 
-/// Planes are tilted in so many steps until their side holds all directions; those that do not get there are left out.
-/// Chosen, not measured.
+/// Planes are tilted in this many steps until their side holds all directions; those that do not get there are left
+/// out. Chosen, not measured.
 const TILTS: usize = 6;
 
 /// Reach of a sample: `origin + origin_change r + t (direction + direction_change r)` for `|r| <= 1` and `t >= 0`.
@@ -95,7 +95,7 @@ impl BeamPlane {
 pub struct Beam(pub(super) [BeamPlane; PLANES]);
 
 impl Beam {
-    /// No point is in it.
+    /// The beam without any point.
     pub const NOTHING: Self = Self([BeamPlane::NOTHING; PLANES]);
     const EVERYTHING: Self = Self([BeamPlane::EVERYTHING; PLANES]);
 

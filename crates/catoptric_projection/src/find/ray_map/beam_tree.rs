@@ -23,7 +23,7 @@ impl BeamNode {
         }
     }
 
-    /// How many numbers it consists of.
+    /// The count of numbers that it consists of.
     const NUMBERS: usize = 4 * PLANES * LANES;
 
     fn numbers(&self) -> impl Iterator<Item = f32> {
@@ -101,7 +101,7 @@ impl BeamTree {
     /// more or fewer of them.
     pub fn of_numbers(leaves: usize, numbers: &[f32]) -> Option<Self> {
         let (nodes, []) = numbers.as_chunks::<{ BeamNode::NUMBERS }>() else { return None };
-        // From the leaves up, as they are built.
+        // Levels are counted from the leaves up, as they are built.
         let mut levels = vec![leaves.div_ceil(LANES)];
         while let Some(&last) = levels.last().filter(|last| **last > 1) {
             levels.push(last.div_ceil(LANES));

@@ -30,7 +30,7 @@ pub struct Reaching {
     pub place: Vec2,
     /// Square of the distance of that place from its own.
     pub distance2: f32,
-    /// True if the picture of what is around the point is a mirrored one: another sheet than where it is not.
+    /// True if the surroundings of the point appear mirrored: this is another sheet than one where they do not.
     pub mirrored: bool,
 }
 
@@ -127,7 +127,7 @@ impl BeamLeaf {
         samples: [0; LANES],
     };
 
-    /// Fills a lane; returns what the sample reaches, none if it is seen edge-on.
+    /// Fills a lane; returns the reach of the sample, `None` if it is seen edge-on.
     fn set(
         &mut self,
         lane: usize,
@@ -195,7 +195,7 @@ impl BeamLeaf {
             places[1][lane] = self.place[1][lane] + down;
             distances[lane] = right * right + down * down;
             determinants[lane] = determinant;
-            // A determinant of zero is a focus: nothing compares with what is not a number.
+            // A determinant of zero is a focus: comparisons with values that are not numbers are false.
             accepted[lane] = (distances[lane] <= self.reach2[lane]) & (along > 0.0);
         }
         let mut accepted = bits_of(accepted);

@@ -53,8 +53,8 @@ impl<const PLACES: usize> Default for CandidateFilter<PLACES> {
 impl<const PLACES: usize> CandidateFilter<PLACES> {
     const MAX_UNSOLVED: u32 = (PLACES as f32 * UNSOLVED_SHARE) as u32;
 
-    /// Begins with a candidate (they come nearest first); none if others have led, or failed to lead, where it leads.
-    /// Those without a predicted place are always tried.
+    /// Begins an attempt with a candidate (the nearest come first); `None` if others have already led, or failed to
+    /// lead, to where it leads. Candidates without a predicted place are always tried.
     #[inline]
     pub fn begin(&mut self, candidate: &Candidate) -> Option<Attempt> {
         let Some(reaching) = &candidate.reaching else { return Some(Attempt(None)) };
@@ -67,7 +67,7 @@ impl<const PLACES: usize> CandidateFilter<PLACES> {
         }
         let known = self.places[..self.count].iter().position(same);
         if self.unsolved >= Self::MAX_UNSOLVED {
-            // More of what has been tried to its end is no loss.
+            // More candidates for a place that has been tried to its end are no loss.
             self.cut_short |= known.is_none_or(|known| self.places[known].attempts < MAX_ATTEMPTS);
             return None;
         }
@@ -93,7 +93,7 @@ impl<const PLACES: usize> CandidateFilter<PLACES> {
         self.cut_short
     }
 
-    /// Ends an attempt: no other sample is asked for what it was made for if it told.
+    /// Ends an attempt. If it was `resolved`, no other sample is tried for its place.
     #[inline]
     pub fn end(&mut self, attempt: Attempt, resolved: bool) {
         match attempt.0 {

@@ -14,20 +14,20 @@ use catoptric_engine::method::projector::SpecularPath;
 pub struct Sampling {
     /// A ray every so many pixels, in both directions.
     pub spacing_px: f32,
-    /// Where neighbouring rays disagree, cells are divided in four down to this size; the same as `spacing_px` for
-    /// a regular grid.
+    /// The size down to which cells are divided in four where neighbouring rays disagree; equal to `spacing_px` for a
+    /// regular grid.
     pub finest_px: f32,
     /// Neighbours disagree when they belong to different paths, or when one predicts the other's place with a larger
     /// error than this, in pixels.
     pub accuracy_px: f32,
-    /// No more cells than this are made.
+    /// The maximum number of cells that are made.
     pub max_cells: usize,
 }
 
 /// A square of the field with a ray through its centre.
 #[derive(Clone, Copy, Debug)]
 struct SampleCell {
-    /// Its corner and size, in units of the finest cell.
+    /// Corner and size, in units of the finest cell.
     corner: [u32; 2],
     size: u32,
 }
@@ -52,7 +52,7 @@ impl CellIndex {
     }
 }
 
-/// All cells of a map with their samples.
+/// The cells of a map with their samples.
 pub(super) struct SampleCells {
     unit_px: f32,
     /// Width and height of the field in finest cells.
@@ -210,7 +210,7 @@ impl SampleCells {
         self.left_coarse
     }
 
-    /// All paths that occur, sorted.
+    /// The paths that occur, sorted.
     pub(super) fn paths(&self) -> Vec<SpecularPath> {
         let mut paths: Vec<SpecularPath> = Vec::new();
         for (path, _) in self.samples.iter().flatten() {

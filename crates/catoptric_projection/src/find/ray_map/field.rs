@@ -7,7 +7,7 @@ use glam::DVec3;
 
 /// Source of a ray map's rays: a two-dimensional field of rays, with coordinates in pixels.
 pub trait RayField: Sync {
-    /// Its width and height in pixels.
+    /// The width and height, in pixels.
     fn size_px(&self) -> [f32; 2];
 
     /// Common data of all its rays.

@@ -1,4 +1,4 @@
-//! Outgoing rays as lines with neighbours: what nearest-ray searches need, in single precision.
+//! Outgoing rays as lines with neighbours, in single precision, for nearest-ray searches.
 
 use glam::Vec3;
 
@@ -7,7 +7,7 @@ use glam::Vec3;
 pub struct Lines {
     origins: Vec<Vec3>,
     directions: Vec<Vec3>,
-    /// Where the neighbours of each ray end in `neighbours`.
+    /// The end of each ray's neighbours in `neighbours`.
     neighbour_ends: Vec<u32>,
     neighbours: Vec<u32>,
 }

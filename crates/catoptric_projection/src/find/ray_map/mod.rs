@@ -39,19 +39,19 @@ use std::sync::OnceLock;
 /// Rule for the candidate rays of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CandidateRule {
-    /// Those whose expansion (to first order) finds the point's ray about as far away, in the picture, as it finds
-    /// their neighbours' rays, but at most so many times the distance to these.
+    /// Rays whose expansion (to first order) leads to the point's ray, in the picture, in about the distance in which
+    /// it leads to their neighbours' rays, but at most in so many times the distance to these.
     InReach(f32),
-    /// This number of nearest ones.
+    /// This number of nearest rays.
     Nearest(usize),
 }
 
 /// Acceleration structure of candidates.
 #[derive(Debug)]
 pub enum CandidateFinder {
-    /// For nearest rays.
+    /// An octree for nearest rays.
     Tree(RayTree),
-    /// For rays in reach.
+    /// Beams for rays in reach.
     Beams(RayBeams),
 }
 
@@ -64,39 +64,39 @@ impl CandidateFinder {
     }
 }
 
-/// All outgoing rays of one path.
+/// The outgoing rays of one path.
 #[derive(Debug)]
 pub struct PathRays {
     /// The path.
     pub path: SpecularPath,
     /// The samples.
     pub samples: Vec<RaySample>,
-    /// The same rays as lines with their neighbours.
+    /// The rays as lines, with their neighbours.
     pub lines: Lines,
-    /// How far (in scene units on the first surface) a sample's neighbours are from it.
+    /// The distance of each sample's neighbours, in scene units on the first surface.
     pub reach: Vec<f32>,
-    /// Where samples are seen in the field, in pixels.
+    /// The places where samples are seen in the field, in pixels.
     places: Vec<[f32; 2]>,
     /// The sizes of their cells, in pixels.
     size_px: Vec<f32>,
-    /// As `reach`, in pixels, where they are seen.
+    /// `reach` as it is seen in the field, in pixels.
     reach_px: Vec<f32>,
-    /// How far from a sample, in pixels and to first order, its expansion may lead.
+    /// The greatest distance from each sample, in pixels and to first order, up to which its expansion is used.
     trusted_px: Vec<f32>,
     /// The change of the place where the first reflection point is seen with the bundle's parameters, in pixels.
     picture_change: Vec<DMat2>,
-    /// Bounds of what second orders add, in pixels.
+    /// Bounds of the second-order terms, in pixels.
     second_order: Vec<SecondOrderBound>,
     /// Acceleration structure of the candidates of a point.
     pub finder: CandidateFinder,
     /// The sample of each cell; [`NO_SAMPLE`] where the cell has none on this path.
     sample_of_cell: Vec<u32>,
-    /// For every sample, true if its neighbours disagree with it however fine the grid is: at the border of the path,
+    /// True for samples with which their neighbours disagree however fine the grid is: at the border of the path, and
     /// beside folds.
     is_rough: Vec<bool>,
-    /// For every sample, true if it is not rough, or a neighbour of it is not.
+    /// True for samples that are not rough, or have a neighbour that is not.
     beside_even: Vec<bool>,
-    /// Those of these samples in whose reach points are, made when it is needed.
+    /// Beams of the `beside_even` samples, made when they are needed.
     even_beams: OnceLock<RayBeams>,
     /// Points are expected about so far away from the reflectors.
     typical_distance: f64,
@@ -109,17 +109,17 @@ const PROBED_SHARES: [f64; 4] = [0.03, 0.15, 0.4, 0.9];
 /// Chosen, not measured.
 const NEEDED_SHARE: f32 = 0.75;
 
-/// They reach at least this far, in distances of their neighbours,
+/// The least reach of samples, in distances of their neighbours. Chosen, not measured.
 const MIN_REACH: f32 = 0.75;
 
-/// and beside the border of their path this far: at silhouettes, where directions change with the square root of the
-/// distance, expansions see what is on the silhouette itself twice as far away. By that reasoning, not measured.
+/// The least reach beside the border of their path: at silhouettes, where directions change with the square root of the
+/// distance, expansions see points on the silhouette itself twice as far away. By that reasoning, not measured.
 const BORDER_REACH: f32 = 2.0;
 
 /// Beams are widest across which they are so at this share of the scene's size. Chosen, not measured.
 const TYPICAL_SHARE: f64 = 0.25;
 
-/// How far samples reach where nearest rays are asked for, in distances of their neighbours. Chosen, not measured.
+/// The reach of samples where nearest rays are asked for, in distances of their neighbours. Chosen, not measured.
 const NEAREST_REACH: f32 = 3.0;
 
 /// A cell without a sample.
@@ -161,7 +161,7 @@ impl RayMap {
         let is_finest = |cell: u32| finest_px < sampling.spacing_px && sizes_px[cell as usize] == finest_px;
         let mut groups: Vec<Group> = paths.into_iter().map(Group::new).collect();
         let samples = cells.len();
-        // Of each cell, the place of its sample in every path's list.
+        // For each cell, the place of its sample in every path's list.
         let mut places: Vec<Vec<(u32, u32)>> = vec![Vec::new(); samples];
         let (index, cell_samples) = cells.into_parts();
         for (cell, found) in cell_samples.into_iter().enumerate() {
@@ -248,7 +248,8 @@ impl RayMap {
     }
 }
 
-/// How far from a sample its expansion must lead, in pixels, to find the reflections of points on a neighbour's ray.
+/// The distance from a sample, in pixels, that its expansion must reach to find the reflections of points on a
+/// neighbour's ray.
 fn needed_px(sample: &RaySample, neighbour: &RaySample, picture_change: &DMat2, bounds: &Aabb) -> f32 {
     let (rays, other) = (&sample.rays, &neighbour.rays);
     let size = f64::from(bounds.diagonal());
@@ -268,7 +269,7 @@ fn needed_px(sample: &RaySample, neighbour: &RaySample, picture_change: &DMat2, 
 
 /// The samples around each sample of a path.
 struct Neighbourhood<'a> {
-    /// Those of the same path.
+    /// The neighbours of each sample on the same path.
     neighbours: &'a [Vec<u32>],
     /// True if there are others: the path ends somewhere between.
     at_border: &'a [bool],
@@ -393,7 +394,7 @@ pub struct CandidateScratch {
 }
 
 impl PathRays {
-    /// How far from a sample parameters are seen, in pixels, to first order.
+    /// The distance between a sample and the place where parameters are seen, in pixels, to first order.
     #[inline]
     pub fn distance_px(&self, ray: u32, parameters: DVec2) -> f64 {
         (self.picture_change[ray as usize] * parameters).length()
@@ -426,7 +427,7 @@ impl PathRays {
         self.distance_px(ray, parameters) <= f64::from(self.trusted_px[ray as usize])
     }
 
-    /// How far from a sample parameters are seen, in distances of its neighbours.
+    /// The distance between a sample and the place where parameters are seen, in distances of its neighbours.
     #[inline]
     pub fn picture_distance(&self, ray: u32, parameters: DVec2) -> f64 {
         self.distance_px(ray, parameters) / f64::from(self.reach_px[ray as usize])
@@ -458,7 +459,7 @@ impl PathRays {
         self.even_beams().may_reach(center, radius)
     }
 
-    /// As [`Self::candidates`] by reach, of samples with whose expansions their neighbours agree, or beside one.
+    /// Like [`Self::candidates`] by reach, but only samples with which their neighbours agree, or those beside one.
     #[inline]
     pub fn even_candidates(&self, point: Vec3, scratch: &mut CandidateScratch, found: impl FnMut(Candidate)) {
         nearest_first(self.even_beams(), point, scratch, found);

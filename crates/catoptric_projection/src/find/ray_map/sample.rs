@@ -23,11 +23,11 @@ pub struct RaySample {
     moves: [[ScalarJet; 2]; MAX_BOUNCES - 1],
     /// Optical length from the eye (its plane) to the last bounce.
     pub optical_length: f64,
-    /// Index of refraction of what the ray crosses before each bounce and, at the place of the count, after the last.
+    /// Index of refraction of the medium before each bounce and, at the place of the count, after the last.
     pub media: [f64; MAX_BOUNCES + 1],
     /// Focal points passed before the last bounce.
     pub focal_points_passed: u32,
-    /// For every bounce, whether it is met from the outer side.
+    /// True for bounces that are met from the outer side.
     pub outside: [bool; MAX_BOUNCES],
 }
 
@@ -60,7 +60,7 @@ pub struct Neighbour {
 /// Motion of a first reflection point.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion {
-    /// Its change with a step of the scene point along each of `across`.
+    /// The change of the first reflection point with a step of the scene point along each of `across`.
     pub change: [DVec3; 2],
     /// The axes of those steps.
     pub across: [DVec3; 2],
@@ -78,7 +78,7 @@ impl Motion {
 }
 
 impl RaySample {
-    /// Where a scene point near the ray is reflected; none at a focal point.
+    /// The reflection of a scene point near the ray; `None` at a focal point.
     #[inline]
     pub fn neighbour(&self, point: DVec3, approximation: Approximation) -> Option<Neighbour> {
         let first = self.rays.first_order(point)?;
@@ -114,8 +114,8 @@ impl RaySample {
         DVec2::new(self.first.first[0].dot(step), self.first.first[1].dot(step))
     }
 
-    /// How the first reflection point moves with a scene point that lies on the ray with these parameters, to first
-    /// order in them; none at a focal point.
+    /// The motion of the first reflection point with a scene point that lies on the ray with these parameters, to first
+    /// order in them; `None` at a focal point.
     #[inline]
     pub fn motion(&self, distance: f64, z: DVec2) -> Option<Motion> {
         let spread = self.rays.spread_near(distance, z);
@@ -155,7 +155,7 @@ impl RaySample {
         let first = sites.first().map_or(point, |site| site.position);
         let mut sum = match *eye {
             Eye::Point(eye) => self.media[0] * eye.distance(first),
-            // From the plane that the sample's own length is counted from.
+            // Lengths are counted from the plane from which the sample's own length is.
             Eye::Direction(direction) => {
                 let before = self.optical_length - self.length_between_bounces();
                 before + self.media[0] * (first - self.first.value).dot(direction)

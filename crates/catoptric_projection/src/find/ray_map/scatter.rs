@@ -16,7 +16,7 @@ pub struct Specular<'a> {
     pub tracer: &'a Tracer,
     /// Their exact surfaces.
     pub surfaces: &'a SpecularSurfaces<'a>,
-    /// The most bounces of a path.
+    /// The maximum number of bounces of a path.
     pub order: u32,
 }
 
@@ -27,7 +27,7 @@ pub struct Scattering {
     pub outside: bool,
     /// Index of refraction of the object over that of its surroundings.
     pub index: f64,
-    /// Index of refraction of what the ray has run through.
+    /// Index of refraction of the medium that the ray has run through.
     pub crossed: f64,
     lens: bool,
 }
@@ -47,7 +47,7 @@ impl Scattering {
         Some(Self { outside, index, crossed, lens })
     }
 
-    /// Index of refraction of what the ray runs through afterwards; returns `None` if it cannot go on like that.
+    /// Index of refraction of the medium after the bounce; returns `None` if the ray cannot go on like that.
     #[inline]
     pub fn medium_after(&self, kind: BounceKind) -> Option<f64> {
         let goes_on = self.lens || kind == BounceKind::Reflect;

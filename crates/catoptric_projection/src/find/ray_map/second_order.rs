@@ -1,25 +1,25 @@
-//! Bounds of what the second order of an expansion adds, from its first order alone.
+//! Bounds of the second-order terms of an expansion, from its first order alone.
 
 use super::sample::RaySample;
 use catoptric_core::math::portable::PortableMath;
 use catoptric_engine::optics::path::bundle::FirstOrder;
 use glam::{DMat2, DVec3};
 
-/// Norms of a sample's second derivatives by the place in the picture: what they add grows with the square of the
-/// distance in pixels that the first order leads to.
+/// Norms of a sample's second derivatives with respect to the place in the picture: the second-order terms grow with
+/// the square of the distance in pixels to which the first order leads.
 #[derive(Clone, Copy, Debug)]
 pub struct SecondOrderBound {
-    /// Of the rays' origins: lateral, in scene units.
+    /// Bound for the rays' origins: lateral, in scene units.
     origin: f64,
-    /// Of their directions, for a distance of 1 along them.
+    /// Bound for their directions, at a distance of 1 along them.
     direction: f64,
-    /// Of the place of the first reflection point, in pixels.
+    /// Bound for the place of the first reflection point, in pixels.
     surface: f64,
 }
 
 impl SecondOrderBound {
-    /// That of a sample, by the changes of the place in the picture with its parameters and with its first reflection
-    /// point.
+    /// The bound of a sample, from the changes of the place in the picture with its parameters and with its first
+    /// reflection point.
     pub fn new(sample: &RaySample, picture_change: &DMat2, place_change: [DVec3; 2]) -> Self {
         let parameters = picture_change.inverse();
         let norm = |forms: [[f64; 3]; 2]| {

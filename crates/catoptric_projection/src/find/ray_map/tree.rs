@@ -9,7 +9,7 @@ use glam::Vec3;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A cell with no more candidates than this (beyond what the rule needs) is not divided. Chosen, not measured.
+/// The number of candidates (beyond those that the rule needs) up to which a cell is not divided. Chosen, not measured.
 const SMALL_SET: usize = 16;
 
 /// Cells are divided this many times at the most. A bound on memory; chosen, not measured.
@@ -23,10 +23,10 @@ const MIN_REDUCTION: f32 = 0.98;
 /// Chosen, not measured.
 const CERTAIN_DIVISIONS: u32 = 4;
 
-/// A cell is divided after so many look-ups: it costs as much as that many.
+/// A cell is divided after this many look-ups: it costs as much as that many.
 const LOOKUPS_BEFORE_DIVISION: u32 = 6;
 
-/// How much larger than the tree's bounds the cell for points beyond them is. Chosen, not measured.
+/// The size of the cell for points beyond the tree's bounds, in sizes of these. Chosen, not measured.
 const OUTER_SIZE: f32 = 64.0;
 
 /// A cell with its candidates. It is divided after some look-ups.
@@ -37,11 +37,11 @@ struct OctreeCell {
     depth: u32,
     candidates: Vec<u32>,
     lookups: AtomicU32,
-    /// None in a leaf.
+    /// The eight children; `None` in a leaf.
     children: OnceLock<Option<Box<[OctreeCell; 8]>>>,
 }
 
-/// The octree. It grows where points are looked up; what it answers does not depend on the order of the questions.
+/// The octree. Cells are divided where points are looked up; answers do not depend on the order of the queries.
 #[derive(Debug)]
 pub struct RayTree {
     root: OctreeCell,
@@ -104,7 +104,7 @@ impl OctreeCell {
         if let Some(children) = self.children.get() {
             return children.as_deref();
         }
-        // Sets differ in size, not in what is found in them: how often a cell was asked changes no answer.
+        // Sets differ in size, not in the rays found in them: the number of look-ups changes no answer.
         if self.lookups.fetch_add(1, Ordering::Relaxed) < LOOKUPS_BEFORE_DIVISION {
             return None;
         }
@@ -145,7 +145,8 @@ fn octant_center(octant: usize) -> Vec3 {
     Vec3::new(sign(0), sign(1), sign(2))
 }
 
-/// Those of `candidates` that can be among the `count` nearest to a point of the sphere (Chen and Arvo 2000, figure 3).
+/// The rays among `candidates` that can be among the `count` nearest to a point of the sphere (Chen and Arvo 2000,
+/// figure 3).
 fn nearest_near(lines: &Lines, center: Vec3, radius: f32, count: usize, candidates: &[u32]) -> Vec<u32> {
     // Rays that begin beyond the whole sphere do not count, and those that begin within it count for some points only.
     let offsets = candidates.iter().map(|&ray| (lines.offset(ray, center), ray));

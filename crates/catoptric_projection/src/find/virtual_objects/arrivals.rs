@@ -12,10 +12,10 @@ use catoptric_engine::optics::path::bundle::BounceKind;
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// Rays are led on over so many rings of triangles. Chosen, not measured.
+/// Rays are extrapolated over this many rings of triangles. Chosen, not measured.
 const LED_ON: u32 = 2;
 
-/// One vertex of so many is looked up to learn how much work all of them are. Chosen, not measured.
+/// The interval of the vertices that are looked up to estimate the work of all of them. Chosen, not measured.
 const PROBED: usize = 128;
 
 /// Vertices that are looked up at once. A size for threads; chosen, not measured.
@@ -147,7 +147,7 @@ pub(super) fn edges_between_branches(mesh: &ReflectorMesh, arrivals: &[Arrivals]
     edges
 }
 
-/// Leads rays on to vertices without any that lie across an edge from a triangle with rays.
+/// Extrapolates rays to vertices without any that lie across an edge from a triangle with rays.
 ///
 /// Rays of one branch end where those of another begin, at caustics on the surface and at creases, mostly amid
 /// triangles: without this a ring of triangles would be missing there. The reflector before decides whether a point
@@ -211,7 +211,7 @@ pub(super) fn eye_rays(mesh: &ReflectorMesh, view: &View) -> Vec<ArrivingRay> {
             Some(direction) => ArrivingRay { origin: eye, direction },
             None => ArrivingRay::NONE,
         },
-        // From the eye's plane.
+        // Parallel rays start in the eye's plane.
         Some(direction) => ArrivingRay { origin: *position - direction * (*position - eye).dot(direction), direction },
     };
     mesh.positions.iter().map(arriving).collect()

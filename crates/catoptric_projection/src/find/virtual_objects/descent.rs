@@ -24,7 +24,7 @@ pub(crate) enum Recursion {
 pub(crate) struct PathStep {
     pub(crate) reflection_point: ReflectionPoint,
     pub(crate) outside: bool,
-    /// The index of refraction of what the ray goes on in.
+    /// The index of refraction of the medium in which the ray goes on.
     pub(crate) index_after: f32,
     pub(crate) bounce: Bounce,
     pub(crate) mesh: u32,
@@ -36,7 +36,7 @@ pub(crate) struct PathStep {
 pub(crate) struct Appearance<'a> {
     /// The virtual point after all bounces, or the first bounce.
     pub(crate) seen: Vec3,
-    /// Its change with the scene point.
+    /// The derivative of `seen` with respect to the scene point.
     pub(crate) change: Mat3,
     /// Optical length of the path from the first bounce to the scene point.
     pub(crate) length: f32,
@@ -68,7 +68,7 @@ struct PartialPath<'a> {
 /// Scratch space of a descent.
 #[derive(Default)]
 pub(super) struct DescentScratch {
-    /// For each ray set of a path's last bounce the reflection points of a batch.
+    /// Reflection points of a batch, for each ray set of a path's last bounce.
     located: Vec<LocatedBatch>,
     /// Reflection points of one point at each bounce before the last.
     inner: [ReflectionPoints; MAX_BOUNCES],
@@ -79,7 +79,7 @@ pub(super) struct DescentScratch {
 struct LocatedBatch {
     /// The points that can appear by the ray set.
     points: Vec<Vec3>,
-    /// For each point of the batch its place in `points`; [`LEFT_OUT`] without one.
+    /// The place of each point of the batch in `points`; [`LEFT_OUT`] if it is not located.
     rows: Vec<usize>,
     found: ReflectionPoints,
 }

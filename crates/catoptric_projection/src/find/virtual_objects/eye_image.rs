@@ -1,4 +1,4 @@
-//! A small picture of a reflector from the eye: what of it is seen first?
+//! A small picture of a reflector from the eye, to find the nearest of its surfaces.
 
 use super::mesh::ReflectorMesh;
 use super::piece::{CORNERS, in_front, interpolated};
@@ -6,8 +6,8 @@ use catoptric_core::scene::{PicturePoint, View};
 use catoptric_engine::raster::id_map::covered_shares;
 use glam::{Vec2, Vec3};
 
-/// The reflector's part of the picture may be larger than this picture so many times: what lies beyond is not asked.
-/// Chosen, not measured.
+/// The margin around the view's picture, as a share of its size, up to which the reflector is drawn: places beyond are
+/// not looked up. Chosen, not measured.
 const MARGIN_SHARE: f32 = 0.02;
 
 /// A picture of the parts of a reflector that are seen first, larger than it appears by a margin.
@@ -18,7 +18,7 @@ pub(crate) struct EyeImage {
     texels_a_px: Vec2,
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// For every texel, row by row: one over the depth (one less the depth where rays are parallel) and what is seen.
+    /// Texels, row by row: the reciprocal depth (one less the depth where rays are parallel), and the surface seen.
     pub(crate) texels: Vec<EyeTexel>,
 }
 
@@ -59,7 +59,7 @@ impl EyeImage {
         }
         (low, high) = (low.max(-margin), high.min(size_px + margin));
         let extent = high - low;
-        // Also what is not a number.
+        // Extents that are not numbers are rejected, too.
         if !(extent.x > 0.0 && extent.y > 0.0) {
             return None;
         }
@@ -112,7 +112,7 @@ impl EyeImage {
 }
 
 impl EyeTexel {
-    /// Its position; not finite without a surface.
+    /// The position of the surface; not finite without one.
     pub(crate) fn position(&self, mesh: &ReflectorMesh) -> Vec3 {
         let Some(corners) = mesh.triangles.get(self.triangle as usize) else { return Vec3::NAN };
         interpolated(&mesh.positions, *corners, self.weights)

@@ -17,15 +17,15 @@ use catoptric_engine::optics::step::relative_index;
 use catoptric_engine::raster::BlockMask;
 use std::sync::Arc;
 
-/// No more paths than this are built: short ones first. A bound on time; chosen, not measured.
+/// The maximum number of paths that are built: short ones first. A bound on time; chosen, not measured.
 const MAX_PATHS: usize = 256;
 
-/// Meshes are refined so many times where branches meet, unless they get more triangles than this.
+/// Meshes are refined this many times where branches meet, unless they get more triangles than this.
 const MAX_REFINEMENTS: u32 = 4;
 const MAX_TRIANGLES: usize = 300_000;
 
-/// More reflectors than this have smaller maps, which have as many texels together. A bound on time and memory; chosen,
-/// not measured.
+/// The maximum number of reflectors with maps of full size; more have smaller ones, with as many texels together. A
+/// bound on time and memory; chosen, not measured.
 const MAX_FULL_MAPS: usize = 24;
 
 /// Smaller maps show next to nothing. Chosen, not measured.
@@ -70,15 +70,15 @@ pub struct PathLimits<'a> {
     pub order: u32,
     /// About the most work for building them.
     pub work: u64,
-    /// What is not built, as if there were too much to do for it.
+    /// Paths that are not built, as if they took too much work.
     pub without: &'a PathBeginnings,
 }
 
-/// All paths of a view up to an order.
+/// The paths of a view up to an order.
 pub struct PathTree<L> {
     /// The paths.
     pub paths: Vec<SpecularPath>,
-    /// One for each path.
+    /// The level of each path.
     pub levels: Vec<PathLevel<L>>,
     view: View,
     /// The surface of each reflector nearest to the eye; `None` if it hides nothing of itself.
@@ -134,7 +134,7 @@ impl<L: Locator> PathTree<L> {
             remaining: work,
             without: without.clone(),
         };
-        // How many paths there will be is unknown.
+        // The number of paths is not known yet.
         let stage = Stage::begin(progress, "building maps", 0)?;
         let mut parents = 0..0;
         for length in 1..=order.min(MAX_BOUNCES as u32) {

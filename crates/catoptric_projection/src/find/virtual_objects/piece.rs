@@ -1,4 +1,4 @@
-//! Places of a triangle by the weights of its second and third corner, and what is left of it in front of a plane.
+//! Places of a triangle by the weights of its second and third corner, and its part in front of a plane.
 
 use glam::{Vec2, Vec3};
 

@@ -14,8 +14,8 @@ use catoptric_engine::optics::path::specular_solver::PathSites;
 use glam::{DVec2, Vec3};
 use std::cell::Cell;
 
-/// Beyond its end as it is seen a reflector shows points this far, in shares of its size: there drawing is cut. Chosen,
-/// not measured.
+/// Beyond its silhouette or border a reflector shows points that lie behind the tangent plane by up to this share of
+/// its size, or of their distance: drawing is cut there. Chosen, not measured.
 const BEYOND: f32 = 0.1;
 
 /// Reflectors that may hide a part of themselves show points no further beside their parts than this, in pixels.
@@ -26,18 +26,19 @@ const BESIDE_PX: f32 = 4.0;
 /// measured.
 const SAME_PX: f32 = 0.75;
 
-/// Less sure ones are one as far from each other as they may be off, and this at the most. Chosen, not measured.
+/// The greatest distance, in pixels, of two appearances on one sheet that count as one because of their error bounds.
+/// Chosen, not measured.
 const MAX_UNSURE_PX: f32 = 4.0;
 
-/// The same for polished ones. Chosen, not measured.
+/// Like [`SAME_PX`], for polished appearances. Chosen, not measured.
 const SAME_POLISHED_PX: f32 = 0.3;
 
-/// Polished places are no further from where they start than this share of the reflector's size: what is further away
-/// has starts of its own. Chosen, not measured.
+/// The greatest distance of a polished place from its start, as a share of the reflector's size: places further away
+/// have starts of their own. Chosen, not measured.
 const REACH: f32 = 0.3;
 
-/// The solver finds paths that are there in so many steps, from virtual points: what it has not found by then is none.
-/// Chosen, not measured.
+/// The number of steps within which the solver finds an existing path from a virtual point: if it has not by then,
+/// there is none. Chosen, not measured.
 const SURE_STEPS: u32 = 5;
 
 /// Another part of the reflector hides a point of it when it is nearer by more than this share of its size. Chosen, not
@@ -192,7 +193,7 @@ impl<L: Locator> VirtualObjects<'_, L> {
         };
         match self.options.polish {
             0 => projection.if_meaningful(),
-            // Also from beyond the silhouette, as far as starts are off: there is a path or none.
+            // Starts beyond the silhouette are polished, too, as far as they may be off: there is a path or none.
             _ => self.polished(path, appearance, point),
         }
     }

@@ -48,13 +48,13 @@ pub(super) struct ArrivingRay {
 }
 
 impl ArrivingRay {
-    /// No ray.
+    /// The value in place of a missing ray.
     pub(super) const NONE: Self = Self { origin: Vec3::NAN, direction: Vec3::NAN };
 }
 
 impl VertexRays {
-    /// The rays after a bounce; `inside` is the index of refraction of what they go on in, if that is the body that
-    /// they meet; `arriving` gives each vertex where its ray comes from and its unit direction.
+    /// The rays after a bounce; `inside` is the index of refraction of the body that they meet, if they go on within
+    /// it; `arriving` gives the origin and unit direction of each vertex's ray.
     pub(super) fn new(
         mesh: &ReflectorMesh,
         kind: BounceKind,
@@ -175,9 +175,9 @@ pub struct ReflectionPoint {
 }
 
 impl ReflectionPoint {
-    /// Where a point appears by this bounce (Ofek, Rappoport 1998: its mirror image in the tangent plane; through glass
-    /// its image along the ray that reaches it by the tangent plane), and how that moves with the point. Returns `None`
-    /// if a refracted ray cannot get to it.
+    /// The virtual point of a point by this bounce (Ofek, Rappoport 1998: its mirror image in the tangent plane;
+    /// through glass its image along the ray that reaches it by the tangent plane), and its derivative with respect to
+    /// the point. Returns `None` if a refracted ray cannot get to it.
     pub fn virtual_point(&self, rays: &VertexRays, point: Vec3) -> Option<(Vec3, Mat3)> {
         if self.blended_image.is_some() {
             return self.blended_image;
@@ -202,7 +202,7 @@ impl ReflectionPoint {
         let inverse = Mat3::from_cols(right, down, direction).inverse();
         let step = (inverse * (from - direction * distance)).truncate();
         let moved = edges[0] * step.x + edges[1] * step.y;
-        // Further away another triangle holds the point; what is not a number is caught here, too.
+        // Further away another triangle holds the point; values that are not numbers are rejected here, too.
         let near = moved.length_squared() <= (LONGEST_STEP * mesh.radius).powi(2);
         if !near || distance <= 0.0 {
             return None;
@@ -219,8 +219,8 @@ impl ReflectionPoint {
         Some(moved.held_at_horizon(mesh, rays, [rows.x_axis, rows.y_axis]))
     }
 
-    /// It with its changes, from those of its weights; where the surface turns away, the place of the silhouette next
-    /// to it.
+    /// This reflection point with its derivatives, from those of its weights; where the surface turns away, the place
+    /// of the silhouette next to it.
     pub(crate) fn held_at_horizon(self, mesh: &ReflectorMesh, rays: &VertexRays, change: [Vec3; 2]) -> Self {
         let corners = mesh.triangles[self.triangle as usize];
         let (edges, bends) =
@@ -248,8 +248,9 @@ impl ReflectionPoint {
         held
     }
 
-    /// Where a point that the reflector turns away from is seen beside it: as far out as its mirror image in the
-    /// tangent plane at the silhouette, and at the silhouette itself where it is above that plane.
+    /// The image beside the silhouette of a point that the reflector turns away from, and its derivative with respect
+    /// to the point: as far out as the mirror image in the tangent plane at the silhouette, and at the silhouette
+    /// itself if the point is above that plane.
     pub(super) fn beside(&self, point: Vec3) -> (Vec3, Mat3) {
         let from = point - self.position;
         let depth = -self.normal.dot(from);
@@ -301,7 +302,7 @@ pub fn outer(a: Vec3, b: Vec3) -> Mat3 {
 /// Snell's law, as far away as the ray is long. Returns `None` if it is not behind the plane.
 pub fn seen_through(origin: Vec3, point: Vec3, position: Vec3, normal: Vec3, eta: f32) -> Option<Vec3> {
     let (above, below) = (normal.dot(origin - position), normal.dot(position - point));
-    // Also what is not a number.
+    // Values that are not numbers are rejected, too.
     if !(above > 0.0 && below > 0.0) {
         return None;
     }

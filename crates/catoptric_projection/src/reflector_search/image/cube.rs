@@ -5,7 +5,7 @@ use catoptric_engine::light::cube_map::{FACES, direction_of, place_on_face};
 use catoptric_engine::raster::id_map::covered_shares;
 use glam::{Vec2, Vec3};
 
-/// Faces reach so many texels over their edges, so that every place lies amid texels of its own face.
+/// Faces reach this many texels over their edges, so that every place lies amid texels of its own face.
 const OVERLAP: u32 = 2;
 
 /// Triangles are cut where they are nearer to a face's own plane through the centre than this share of the radius.
@@ -21,7 +21,7 @@ pub struct ImagePlace {
     pub at: Vec2,
 }
 
-/// How directions from a centre and places of six faces belong together.
+/// The mapping between directions from a centre and places of a cube's six faces.
 #[derive(Clone, Copy, Debug)]
 pub struct CubeFaces {
     center: Vec3,
@@ -29,7 +29,7 @@ pub struct CubeFaces {
     size: u32,
 }
 
-/// A corner of what is left of a triangle: its place on a face as a direction, and its weights.
+/// A corner of a clipped triangle: its place on a face as a direction, and its weights.
 type CubeCorner = (Vec3, Vec2);
 
 impl CubeFaces {
@@ -79,7 +79,7 @@ impl CubeFaces {
     pub(in super::super) fn draw(&self, mesh: &ReflectorMesh, face: usize, outermost: bool) -> Vec<(u32, Vec2)> {
         let side = self.side();
         let [right, down, forward] = [FACES[face][0], -FACES[face][1], -FACES[face][2]].map(Vec3::from);
-        // One over the depth along the face's axis, signed so that the greatest counts.
+        // Depth values: the reciprocal depth along the face's axis, signed so that the greatest counts.
         let sign = if outermost { -1.0 } else { 1.0 };
         let mut seen = vec![(f32::NEG_INFINITY, NOTHING, Vec2::ZERO); side as usize * side as usize];
         for (index, triangle) in mesh.triangles.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Pictures of a reflector: what of it is at a texel, and which texels lie side by side on its surface.
+//! Pictures of a reflector: the surface at each texel, and the texels that lie side by side on it.
 
 pub(crate) mod cube;
 
@@ -28,7 +28,7 @@ pub(super) struct SurfaceTexel {
     pub(super) normal: Vec3,
 }
 
-/// Where on the reflector's mesh that is.
+/// The place of a texel on the reflector's mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeshSpot {
     /// The triangle; [`NOTHING`] where there is none.
@@ -45,11 +45,11 @@ pub struct ReflectorImage {
     pub(super) face_count: u32,
     /// Face by face, row by row.
     pub(super) texels: Vec<SurfaceTexel>,
-    /// For every texel; apart from them, since the search reads few.
+    /// The place of every texel; apart from the texels, since the search reads few.
     pub(super) spots: Vec<MeshSpot>,
     /// True if a texel and those to its right, below, and below to the right show one piece of smooth surface.
     joined: Vec<bool>,
-    /// How directions and places of a cube's faces belong together.
+    /// The mapping of a cube's faces, for cube maps.
     cube: Option<CubeFaces>,
 }
 
@@ -62,8 +62,8 @@ impl ReflectorImage {
         Some(Self::new(mesh, [drawn.width, drawn.height, 1], shown, None))
     }
 
-    /// What is seen around the reflector's centre on six faces of `size` texels a side: what is outermost, and, if it
-    /// is not convex, a second layer of six with what is innermost.
+    /// The reflector from its centre on six faces of `size` texels a side: its outermost surface, and, if it is not
+    /// convex, a second layer of six faces with its innermost one.
     pub fn around(mesh: &ReflectorMesh, size: u32) -> Self {
         let cube = CubeFaces::new(Self::center_of(mesh), size);
         let side = cube.side();
@@ -123,7 +123,7 @@ impl ReflectorImage {
     /// The texel whose cell, between it and the texels to the right and below, holds a place; held in the picture.
     #[inline]
     pub(super) fn cell_at(&self, place: &ImagePlace) -> (u32, u32) {
-        // Casts saturate; what is not a number becomes 0.
+        // Casts saturate; values that are not numbers become 0.
         let x = (place.at.x as u32).min(self.width - 2);
         let y = (place.at.y as u32).min(self.height - 2);
         (x, y)
@@ -138,8 +138,8 @@ impl ReflectorImage {
         }
     }
 
-    /// Where cube maps of a reflector are taken from: its centre, but of flat ones a place before them, as the centre
-    /// of these has them edge-on.
+    /// The point from which cube maps of a reflector are taken: its centre, but for flat ones a place before them,
+    /// because the centre has them edge-on.
     fn center_of(mesh: &ReflectorMesh) -> Vec3 {
         let mean = mesh.normals.iter().sum::<Vec3>() / mesh.normals.len().max(1) as f32;
         if mean.length() > FLAT { mesh.center + mean * (0.5 * mesh.radius) } else { mesh.center }

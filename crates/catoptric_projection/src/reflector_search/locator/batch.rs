@@ -8,13 +8,13 @@ use crate::reflector_search::image::ImagePlace;
 use catoptric_core::math::lanes::{LANES, Lanes, Vec3Lanes};
 use glam::{Vec2, Vec3};
 
-/// Points that are not in their cell after so many are searched one by one. A bound on time; chosen, not measured.
+/// Points that are not in their cell after this many are searched one by one. A bound on time; chosen, not measured.
 const MAX_CELLS: u32 = 3;
 
 impl ReflectorSearch {
     /// The mirror images of `points` in the tangent planes where they appear; not finite where they do not.
     ///
-    /// Every image depends on its own point alone: how many there are and who is beside whom changes nothing.
+    /// Every image depends on its own point alone, not on the number or order of points.
     pub fn mirror_images(&self, reflector: &Reflector<'_>, points: &[Vec3], images: &mut [Vec3]) {
         let mut one = Vec::new();
         for (points, images) in points.chunks(LANES).zip(images.chunks_mut(LANES)) {
@@ -119,7 +119,8 @@ impl ReflectorSearch {
 }
 
 impl CellCorners {
-    /// Where the misses are zero along the surface, from the low corners; may lie outside, and need not be a number.
+    /// The point where the misses are zero along the surface, from the low corners; it may lie outside, or not be a
+    /// number.
     #[inline(always)] // for the instructions of its caller
     fn zero(&self) -> [Lanes; 2] {
         let [a, b, c, d] = [0, 1, 2, 3].map(|corner: usize| &self.ends[corner].position);

@@ -12,10 +12,10 @@ const GROUP_SIDE: u32 = 4;
 /// Blocks of candidates of a group.
 const GROUP_BLOCKS: usize = (GROUP_SIDE * GROUP_SIDE) as usize / LANES;
 
-/// No more candidates than this are selected. A bound on memory; chosen, not measured.
+/// The maximum number of candidates that are selected. A bound on memory; chosen, not measured.
 const MAX_CANDIDATES: usize = 2048;
 
-/// No candidate.
+/// The number of a missing candidate.
 const NONE: u16 = u16::MAX;
 
 /// Normals may be this much further (radians) from the half vector than the surface bends between candidates: points
@@ -26,7 +26,7 @@ const LEEWAY: f32 = 0.15;
 /// measured.
 const NEAREST_SHARE: f32 = 0.65;
 
-/// Eight candidates: positions, normals on the side that is met, and what arrives, component by component.
+/// Eight candidates: positions, normals on the side that is met, and arriving rays, component by component.
 #[derive(Clone, Copy, Debug)]
 struct CandidateBlock {
     position: Vec3Lanes,
@@ -35,10 +35,11 @@ struct CandidateBlock {
     toward: Vec3Lanes,
     /// `normal . toward`
     along: Lanes,
-    /// How far normals turn, and positions move, between a candidate and those around it.
+    /// The greatest turn of the normals, and the greatest distance of positions, between a candidate and those around
+    /// it.
     bend: Lanes,
     extent: Lanes,
-    /// One over the distance to where rays come from.
+    /// The reciprocal of the distance to the rays' origin.
     nearness: Lanes,
 }
 
@@ -49,7 +50,7 @@ pub(in super::super) struct TexelCandidates {
     blocks: Vec<CandidateBlock>,
     /// A mean candidate for each group, with its bend and extent.
     groups: Vec<CandidateBlock>,
-    /// For each lane of each block.
+    /// The place of the candidate in each lane of each block.
     places: Vec<ImagePlace>,
     /// The candidates around each one; [`NONE`] where there is none.
     neighbours: Vec<[u16; 8]>,
@@ -63,21 +64,21 @@ pub(in super::super) struct TexelCandidates {
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct TexelCandidate {
     pub(in super::super) position: Vec3,
-    /// On the side that is met.
+    /// The unit normal on the side that is met.
     pub(in super::super) normal: Vec3,
     /// The unit direction back along the arriving ray, and one over the distance to where that comes from.
     pub(in super::super) toward: Vec3,
     pub(in super::super) nearness: f32,
 }
 
-/// One candidate with its square.
+/// A candidate with its square.
 struct Selected {
     place: ImagePlace,
     middle: Vec2,
     candidate: TexelCandidate,
 }
 
-/// How a picture is divided in squares, and those in groups.
+/// The division of a picture into squares, and of those into groups.
 struct Squares<'a> {
     image: &'a ReflectorImage,
     stride: u32,
@@ -221,7 +222,7 @@ impl TexelCandidates {
         let leading = &leading[..count];
         let is_best = |index: usize| {
             let score = scores[index];
-            // Of equal ones the first counts.
+            // The first of equal ones counts.
             let better = |other: u16| match scores.get(usize::from(other)) {
                 Some(&rival) => rival > score || (rival == score && usize::from(other) < index),
                 None => false,
@@ -289,7 +290,7 @@ impl Squares<'_> {
             let at = one.middle + Vec2::new(right as f32, down as f32) * self.stride as f32;
             let ImagePlace { face, at } = self.image.settled(ImagePlace { face: one.place.face, at });
             let square = at / self.stride as f32;
-            // Casts saturate: what is left of 0 must be told before.
+            // Casts saturate: negative places must be rejected before.
             let inside = square.x >= 0.0 && square.y >= 0.0;
             let (column, row) = (square.x as u32, square.y as u32);
             (inside && column < self.columns && row < self.rows).then(|| self.number(face, column, row))
@@ -344,7 +345,7 @@ struct CandidateScores {
     scores: Lanes,
     /// Heights above the tangent planes, over distances.
     heights: Lanes,
-    /// One over the distance of the point, and over the length of the half vector before it was made a unit.
+    /// The reciprocals of the distance of the point, and of the length of the half vector before it was made a unit.
     nearness: Lanes,
     shortness: Lanes,
 }

@@ -26,7 +26,7 @@ pub(in super::super) struct TexelCorner {
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct Ends<const LANES: usize> {
     pub(in super::super) position: Vec3Lanes<LANES>,
-    /// On the side that is met.
+    /// The normals on the side that is met.
     pub(in super::super) normal: Vec3Lanes<LANES>,
     pub(in super::super) origin: Vec3Lanes<LANES>,
 }
@@ -80,7 +80,7 @@ pub(in super::super) struct TexelCell {
     /// The face and the low corner.
     pub(in super::super) face: u32,
     pub(in super::super) low: Vec2,
-    /// Where the misses are zero, from the low corner; may lie outside.
+    /// The point where the misses are zero, from the low corner; it may lie outside.
     pub(in super::super) zero: Vec2,
     /// True if the misses turn the other way round than places do.
     pub(in super::super) turns: bool,
@@ -95,7 +95,7 @@ pub(in super::super) struct CellSpot {
     pub(in super::super) normal: Vec3,
     pub(in super::super) position_change: Mat3,
     pub(in super::super) normal_change: Mat3,
-    /// How far the normal is from the half vector.
+    /// The distance between the unit normal and the unit half vector.
     pub(in super::super) tilt: f32,
 }
 
@@ -142,7 +142,7 @@ impl TexelCell {
         [b - a + d - c, c - a + d - b]
     }
 
-    /// How far normals are apart in the cell.
+    /// The greatest distance of a corner's unit normal from the first one's.
     pub(in super::super) fn bend(&self) -> f32 {
         let first = self.corners[0].normal;
         self.corners.iter().map(|corner| corner.normal.distance(first)).fold(0.0, f32::max)
@@ -155,7 +155,7 @@ impl TexelCell {
         let scale = raw.length().recip();
         let normal = raw * scale;
         let half = law.half(position, toward(position), point);
-        // The zero stays zero: what moves with the point is made good by moving in the cell.
+        // The miss stays zero: its change with the point is compensated by a move in the cell.
         let tangents = self.tangents();
         let misses = between(self.corners.map(|corner| corner.miss), at);
         let of = |change: Vec3| Vec2::new(change.dot(tangents[0]), change.dot(tangents[1]));
@@ -168,7 +168,7 @@ impl TexelCell {
             position,
             normal,
             position_change: outer(right, moves_right) + outer(down, moves_down),
-            // Of a unit normal: across it.
+            // The derivative of a unit normal is across it.
             normal_change: bend - outer(normal, bend.transpose() * normal),
             tilt: half.unit.distance(normal),
         }

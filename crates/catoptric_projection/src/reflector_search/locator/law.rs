@@ -4,7 +4,7 @@ use crate::find::virtual_objects::VertexRays;
 use catoptric_engine::optics::path::bundle::BounceKind;
 use glam::Vec3;
 
-/// How directions before and after a bounce make the half vector.
+/// The combination of the directions before and after a bounce into the half vector.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct Law {
     /// The side of the surface that is met: 1 is the outer one, -1 the inner one.

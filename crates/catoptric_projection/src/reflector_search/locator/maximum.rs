@@ -32,7 +32,7 @@ impl ReflectorSearch {
         let mut least = self.miss_at(reflector, &place, point);
         let mut stride = 0.5 * self.candidates.stride as f32;
         while stride >= FINEST {
-            // Each move makes it better, so this ends; a bound all the same.
+            // Each move makes the miss smaller, so this ends; a bound all the same.
             for _ in 0..MAX_MOVES {
                 let mut best = (least, place);
                 for way in AROUND {
@@ -53,8 +53,8 @@ impl ReflectorSearch {
         Some(TexelCell { zero: place.at - cell.low, ..cell })
     }
 
-    /// How far the half vector is from the normal at a place between four texels: the square, which is least where
-    /// their product is greatest. Infinite where these are not one piece of surface.
+    /// The squared distance between half vector and normal at a place between four texels, which is least where their
+    /// product is greatest. Infinite where these are not one piece of surface.
     fn miss_at(&self, reflector: &Reflector<'_>, place: &ImagePlace, point: Vec3) -> f32 {
         work::add(WORK_A_PLACE);
         let Some(low) = self.whole_at(place) else { return f32::INFINITY };

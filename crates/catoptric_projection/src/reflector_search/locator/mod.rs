@@ -28,48 +28,48 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// appears once. Chosen, not measured.
 const SINGLE: u32 = 10;
 
-/// The same where it may appear several times. Chosen, not measured.
+/// Like [`SINGLE`], where a point may appear several times. Chosen, not measured.
 const SEVERAL: u32 = 40;
 
-/// No more places than this are found for one point. A bound on time; chosen, not measured.
+/// The maximum number of places that are found for one point. A bound on time; chosen, not measured.
 const MAX_PLACES: usize = 8;
 
-/// Newton's method gives up after so many cells. A bound on time; chosen, not measured.
+/// Newton's method gives up after this many cells. A bound on time; chosen, not measured.
 const MAX_CELLS: u32 = 10;
 
-/// The same from a start beside a better one: what it leads to is near. A bound on time; chosen, not measured.
+/// Like [`MAX_CELLS`], from a start beside a better one: its zero is near. A bound on time; chosen, not measured.
 const MAX_CELLS_NEAR: u32 = 4;
 
-/// Climbing moves at most so many times with one stride. A bound on time; chosen, not measured.
+/// Climbing moves at most this many times with one stride. A bound on time; chosen, not measured.
 const MAX_MOVES: u32 = 8;
 
-/// A step that makes things worse is halved so many times. Chosen, not measured.
+/// A step that makes things worse is halved this many times. Chosen, not measured.
 const MAX_HALVINGS: u32 = 3;
 
-/// The same where a point appears once: steps beyond the reflector's end are halved until they end on it. Chosen, not
-/// measured.
+/// Like [`MAX_HALVINGS`], where a point appears once: steps beyond the reflector's end are halved until they end on it.
+/// Chosen, not measured.
 const MAX_HALVINGS_OF_ONE: u32 = 6;
 
-/// A point lower than this (a sine) below the tangent plane of the best place is hidden by the reflector: nothing is to
-/// be gained by climbing. Above the sine of twice [`TILT_AT_END`], by what a cell may bend.
+/// A point lower than this (a sine) below the tangent plane of the best place is hidden by the reflector: climbing
+/// would find nothing. Above the sine of twice [`TILT_AT_END`], by the greatest bend of a cell.
 pub(super) const BEHIND: f32 = -0.5;
 
 /// Zeros this far outside a cell still belong to it: rounding must not lose those between two cells. Chosen, not
 /// measured.
 pub(super) const OUTSIDE: f32 = 0.1;
 
-/// Beyond the last cell it is believed for so many texels. Chosen, not measured.
+/// The number of texels beyond the last cell up to which a result is extrapolated. Chosen, not measured.
 const EXTRAPOLATED: f32 = 1.0;
 
-/// Normals and half vectors further apart than this, beside what the bend of a cell explains, do not belong together
+/// Normals and half vectors further apart than this, in addition to the bend of the cell, do not belong together
 /// (radians). Chosen, not measured.
 pub(super) const TILT: f32 = 0.01;
 
-/// The same within a cell, whatever its bend, where other parts of the reflector may meet in it at an edge. Chosen, not
-/// measured.
+/// Like [`TILT`], within a cell, whatever its bend, where other parts of the reflector may meet in it at an edge.
+/// Chosen, not measured.
 const MAX_TILT: f32 = 0.05;
 
-/// The same where the reflector ends: what lies a little beyond is drawn and cut. Chosen, not measured.
+/// Like [`TILT`], where the reflector ends: points a little beyond are drawn and cut. Chosen, not measured.
 const TILT_AT_END: f32 = 0.15;
 
 /// The surface is searched a little beyond where it turns away, as far as this cosine. Chosen, not measured.
@@ -86,8 +86,8 @@ pub struct ReflectorSearch {
     pub(super) image: Arc<ReflectorImage>,
     pub(super) law: Law,
     pub(super) source: RayOrigins,
-    /// For every texel, true if the cell to the right of and below it shows one piece of surface that rays arrive at,
-    /// and the side that is met, or about.
+    /// True for texels whose cell, to the right and below, shows one piece of surface that rays arrive at, on the side
+    /// that is met or nearly.
     whole: Vec<bool>,
     candidates: TexelCandidates,
     /// Table of first guesses.
@@ -110,7 +110,7 @@ impl ReflectorSearch {
             .map(catoptric_core::scene::View::eye);
         let origins = if eye.is_some() { Vec::new() } else { rays.origins.clone() };
         let leaves = |vertex: usize| match origins.get(vertex) {
-            // Rays are led on to vertices at which none arrives; what arrives may be reflected totally.
+            // Rays are extrapolated to vertices at which none arrives; arriving rays may be reflected totally.
             Some(origin) if !rays.origins[vertex].is_finite() => origin.is_finite(),
             _ => rays.outgoing[vertex].is_finite(),
         };
@@ -121,7 +121,7 @@ impl ReflectorSearch {
         let shown: Vec<bool> = mesh.triangles.iter().map(shows).collect();
         let whole = image.whole_cells(&shown);
         let source = RayOrigins { eye, origins };
-        // From one point, or in parallel, onto a surface that bulges.
+        // Rays from one point, or parallel ones, meet a surface that bulges.
         let single = reflector.view.is_some() && mesh.convex && rays.side > 0.0 && rays.kind == BounceKind::Reflect;
         let across = image.width.max(image.height)
             * match image.face_count {
@@ -152,7 +152,7 @@ impl ReflectorSearch {
         Some(Self { image, law, source, whole, candidates, starts, single, search, not_followed })
     }
 
-    /// Where the ray comes from that arrives at a texel.
+    /// The origin of the ray that arrives at a texel.
     #[inline]
     fn origin(&self, reflector: &Reflector<'_>, index: usize) -> Vec3 {
         match self.source.eye {
@@ -168,7 +168,7 @@ impl ReflectorSearch {
         place.at.x >= 0.0 && place.at.y >= 0.0 && place.at.x < right && place.at.y < bottom
     }
 
-    /// How far the half vector at a texel is from the normal: the square.
+    /// The squared distance between half vector and normal at a texel.
     #[inline]
     fn miss(&self, reflector: &Reflector<'_>, index: usize, point: Vec3) -> f32 {
         let texel = &self.image.texels[index];
@@ -215,8 +215,8 @@ impl ReflectorSearch {
         if is_inside(&now) {
             return Some(now);
         }
-        // Where the reflector ends, or steps lead astray: uphill texel by texel. Where there are several places others
-        // start nearer, and searches that end nowhere are many.
+        // The reflector ends here, or steps lead astray: the search climbs texel by texel. If there are several places
+        // others start nearer, and searches that end nowhere are many.
         match self.single {
             true if lies_behind(&now, point) => None,
             true => self.climbed(reflector, now, point),
@@ -234,13 +234,13 @@ impl ReflectorSearch {
         if !self.single || lies_behind(now, point) {
             return None;
         }
-        // Beyond where the reflector ends: along its end, the longer way first.
+        // Steps beyond the reflector's end go along it, the longer way first.
         let along = [Vec2::new(step.x, 0.0), Vec2::new(0.0, step.y)];
         let along = if step.x.abs() >= step.y.abs() { along } else { [along[1], along[0]] };
         along.into_iter().find_map(|step| self.moved(reflector, now, step, point))
     }
 
-    /// A better cell at the end of a step, or of what is left of that after it was halved.
+    /// A better cell at the end of a step, or of that step halved.
     #[inline]
     fn moved(&self, reflector: &Reflector<'_>, now: &TexelCell, mut step: Vec2, point: Vec3) -> Option<TexelCell> {
         let (own, mut asked) = (ImagePlace { face: now.face, at: now.low }, 0);
@@ -274,7 +274,7 @@ impl ReflectorSearch {
         let (mut place, mut least) = (start, from.corners[0].miss.length_squared());
         let mut stride = (self.candidates.stride / 4).next_power_of_two();
         while stride > 0 {
-            // Each move makes it better, so this ends; a bound all the same.
+            // Each move makes the miss smaller, so this ends; a bound all the same.
             for _ in 0..MAX_MOVES {
                 let around = [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y].map(|way| {
                     let moved = self.image.settled(ImagePlace { face: place.face, at: place.at + way * stride as f32 });
@@ -292,7 +292,7 @@ impl ReflectorSearch {
         if place == start { Some(from) } else { self.cell(reflector, &place, point) }
     }
 
-    /// Where a point appears on a reflector that shows no point twice.
+    /// The reflection point of a point on a reflector that shows no point twice.
     #[inline]
     fn only_reflection_point(&self, reflector: &Reflector<'_>, point: Vec3) -> Option<ReflectionPoint> {
         self.only_cell(reflector, point).and_then(|cell| self.reflection_point(reflector, &cell, point))
@@ -343,18 +343,18 @@ impl ReflectorSearch {
         };
         let spot = cell.spot(at, &self.law, point, toward);
         // Within a cell the bilinear form is wrong by the second order of its bend; more is a crease that it smooths,
-        // or no answer. A convex reflector is continued beyond its end, which drawing cuts. Others end where they are
-        // seen to: what continues them lies hidden, and jumps from one end to another.
+        // or no answer. A convex reflector is continued beyond its end, which drawing cuts. Others end at their visible
+        // end: their continuation lies hidden, and jumps from one end to another.
         let bend = cell.bend();
         let allowed = match (ends, self.single) {
-            // What misses the half vector at the end of the picture is still the greatest product.
+            // At the end of the picture the greatest product may still miss the half vector.
             _ if self.search == Search::Maximum => TILT_AT_END + bend,
             (false, true) => TILT + bend * bend,
             (false, false) => (TILT + bend * bend).min(MAX_TILT),
             (true, false) => TILT + bend,
             (true, true) => TILT_AT_END + bend,
         };
-        // Also what is not a number.
+        // Values that are not numbers are rejected, too.
         if !(spot.tilt <= allowed && spot.position_change.is_finite()) {
             return None;
         }
@@ -377,7 +377,7 @@ impl ReflectorSearch {
         if reflection_point.normal.dot(reflection_point.origin - reflection_point.position) >= 0.0 {
             return Some(reflection_point);
         }
-        // Changes of its weights: what moves it in its triangle.
+        // The derivatives of its weights, which move it in its triangle.
         let (right, down) = (corners[1] - corners[0], corners[2] - corners[0]);
         let (g11, g12, g22) = (right.length_squared(), right.dot(down), down.length_squared());
         let scale = 1.0 / (g11 * g22 - g12 * g12);
@@ -439,7 +439,7 @@ impl ReflectorSearch {
                 return;
             }
             let Some(cell) = self.cell(reflector, &start, point) else { return };
-            // Near a fold two places lie side by side: neighbours of the best candidate may lead to the other one.
+            // Two places lie side by side near a fold: neighbours of the best candidate may lead to the other one.
             let reach = if best { 0.0 } else { 1.5 * stride };
             let known = |cell: &TexelCell, at: Vec2, reach: f32| {
                 let same = |one: &LocatedPlace| {
@@ -461,7 +461,7 @@ impl ReflectorSearch {
             let ImagePlace { face, at } = self.image.settled(ImagePlace { face: cell.face, at });
             let Some(reflection_point) = self.reflection_point(reflector, &cell, point) else { return };
             let size = cell.corners[0].position.distance(cell.corners[3].position);
-            // Both layers of cube maps may show it.
+            // Both layers of cube maps may show the same place.
             let known = |one: &LocatedPlace| {
                 let here = one.face == face && one.at.distance(at) < SAME;
                 one.turns == cell.turns && (here || one.position.distance(reflection_point.position) < size)

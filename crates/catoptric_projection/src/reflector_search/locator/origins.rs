@@ -1,19 +1,19 @@
-//! Where rays come from that arrive at a reflector.
+//! Origins of the rays that arrive at a reflector.
 
 use crate::find::virtual_objects::{ReflectorMesh, interpolated};
 use crate::reflector_search::image::MeshSpot;
 use glam::Vec3;
 
-/// Where rays come from.
+/// Origins of the rays that arrive at a reflector.
 pub(in super::super) struct RayOrigins {
-    /// One point, if that is where all of them do.
+    /// The common origin, if there is one.
     pub(in super::super) eye: Option<Vec3>,
-    /// Else by the vertices that they arrive at; not finite where none does.
+    /// Else the origin for each vertex that a ray arrives at; not finite for vertices without one.
     pub(in super::super) origins: Vec<Vec3>,
 }
 
 impl RayOrigins {
-    /// Where the ray comes from that arrives at a place of the reflector's mesh.
+    /// The origin of the ray that arrives at a place of the reflector's mesh.
     #[inline]
     pub(in super::super) fn origin(&self, mesh: &ReflectorMesh, spot: &MeshSpot) -> Vec3 {
         match self.eye {

@@ -1,5 +1,5 @@
-//! Where to start on a reflector that shows no point twice: its places by their normals, so that a half vector leads to
-//! one at once.
+//! Starts of the search on a reflector that shows no point twice: its places by their normals, so that a half vector
+//! leads to one at once.
 
 use crate::reflector_search::image::{ImagePlace, ReflectorImage};
 use glam::{Vec2, Vec3};
@@ -8,27 +8,28 @@ use std::collections::VecDeque;
 /// Cells along a side of the square that an octahedron of directions is unfolded to. Chosen, not measured.
 pub const SIDE: usize = 64;
 
-/// No more texels than this along a picture's longer side are looked at to fill the square. A bound on time; chosen,
-/// not measured.
+/// The maximum number of texels along a picture's longer side that are read to fill the square. A bound on time;
+/// chosen, not measured.
 const LOOKED_AT: u32 = 128;
 
 /// Half vectors are looked up so often, each at the place that the one before led to: near points change them along the
 /// reflector. Chosen, not measured.
 const LOOK_UPS: u32 = 2;
 
-/// From there one step of Newton's method leads on, as far as this share of the picture at most. Chosen, not measured.
+/// The longest step of Newton's method from a start, as a share of the picture. Chosen, not measured.
 const MAX_LED: f32 = 0.1;
 
 /// A place of the reflector.
 #[derive(Clone, Copy, Debug)]
 struct StartEntry {
     position: Vec3,
-    /// On the side that is met.
+    /// The unit normal on the side that is met.
     normal: Vec3,
     /// Steps on the surface of one texel to the right and down.
     right: Vec3,
     down: Vec3,
-    /// How normals turn along those: to the right along the right, across, and down along down.
+    /// The turn of normals along those: the part along `right` of a step to the right, the mixed part, and the part
+    /// along `down` of a step down.
     bend: Vec3,
     /// The low corner of a whole cell.
     x: u16,
@@ -41,11 +42,11 @@ struct StartEntry {
 pub(in super::super) struct Starts {
     entries: Vec<StartEntry>,
     center: Vec3,
-    /// In texels.
+    /// The longest step from a start, in texels.
     most_led: f32,
 }
 
-/// Where a search may start: a place that need not lie in the picture, and one that lies in a whole cell.
+/// A start of a search: a place that need not lie in the picture, and one that lies in a whole cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct Start {
     pub(in super::super) near: ImagePlace,
@@ -75,7 +76,7 @@ impl Starts {
             }
         }
         let mut entries: Vec<Option<StartEntry>> = found.into_iter().map(|one| one.map(|(_, entry)| entry)).collect();
-        // Normals that are not seen lead to the places about which what is seen ends.
+        // Normals that are not visible lead to places at the border of the visible part.
         let mut waiting: VecDeque<usize> = (0..entries.len()).filter(|cell| entries[*cell].is_some()).collect();
         while let Some(cell) = waiting.pop_front() {
             for beside in around(cell) {
@@ -89,7 +90,7 @@ impl Starts {
         Some(Self { entries: entries.into_iter().collect::<Option<_>>()?, center, most_led })
     }
 
-    /// About where a point appears to what lies at `eye`.
+    /// The approximate place where a point appears, seen from `eye`.
     #[inline]
     pub(in super::super) fn start(&self, eye: Vec3, point: Vec3) -> Start {
         let mut found = (self.center, None);
@@ -120,7 +121,7 @@ impl StartEntry {
         Self { position: low.position, normal: low.normal * side, right, down, bend, x, y, face }
     }
 
-    /// From here one step of Newton's method on the law of the half vector, at most `most_led` texels long.
+    /// Takes one step of Newton's method on the law of the half vector from here, at most `most_led` texels long.
     #[inline]
     fn start(&self, eye: Vec3, point: Vec3, most_led: f32) -> Start {
         let (back, on) = (eye - self.position, point - self.position);
@@ -131,7 +132,7 @@ impl StartEntry {
         let miss = sum * shortness - self.normal;
         let value = Vec2::new(miss.dot(self.right), miss.dot(self.down));
         let metric = Vec3::new(self.right.length_squared(), self.right.dot(self.down), self.down.length_squared());
-        // Directions turn by what of a step lies across them.
+        // Directions turn by the part of a step that is across them.
         let across = |direction: Vec3| {
             let (x, y) = (direction.dot(self.right), direction.dot(self.down));
             metric - Vec3::new(x * x, x * y, y * y)
@@ -175,7 +176,7 @@ pub fn cell_of(direction: Vec3) -> usize {
     // The far side's triangles are folded out over the square's corners.
     let folded = (1.0 - Vec2::new(size.y, size.x) * scale).copysign(flat);
     let at = if direction.z < 0.0 { folded } else { flat };
-    // Casts saturate; what is not a number becomes 0.
+    // Casts saturate; values that are not numbers become 0.
     let cell = |along: f32| ((along + 1.0) * (0.5 * SIDE as f32)) as usize;
     cell(at.y).min(SIDE - 1) * SIDE + cell(at.x).min(SIDE - 1)
 }

@@ -134,7 +134,7 @@ impl CameraBuilder<'_> {
         Some((normal, center.dot(normal)))
     }
 
-    /// On which sides of a plane a ray is with its unit frustum: the four rays around it.
+    /// The sides of a plane on which a ray lies with its unit frustum: the four rays around it.
     fn sides(&self, ray: u32, normal: DVec3, offset: f64, heads: &[f32]) -> [bool; 2] {
         let group = self.group;
         let [column, row] = group.cell_of(ray as usize);
@@ -264,7 +264,7 @@ impl PinholeTrees {
         }
     }
 
-    /// Where the tree with this start sends a point: a number as in [`SplitNode::children`].
+    /// The leaf to which the tree with this root sends a point: a number as in [`SplitNode::children`].
     fn end_at(&self, root: u32, point: Vec3) -> u32 {
         let mut at = root;
         while at & SplitNode::LEAF == 0 {

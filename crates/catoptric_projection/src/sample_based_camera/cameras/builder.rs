@@ -10,7 +10,7 @@ use catoptric_core::scene::PreciseView;
 /// Beams are widest across which their rays are so at this share of the scene's size. Chosen, not measured.
 pub(in super::super) const TYPICAL_SHARE: f64 = 0.25;
 
-/// A fit is tried on so many rays first, whatever the size of the subset: 12 a term of a bundle's highest degree.
+/// A fit is tried on this many rays first, whatever the size of the subset: 12 a term of a bundle's highest degree.
 /// Chosen, not measured.
 pub(in super::super) const MAX_FITTED: usize = 120;
 
@@ -34,15 +34,15 @@ pub(in super::super) struct CameraBuilder<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct CameraDemand {
     pub(in super::super) camera: CameraKind,
-    /// They see the points of their rays at most this far from where they belong.
+    /// The greatest error, in pixels, with which cameras see the points of their rays.
     pub(in super::super) accuracy_px: f64,
     /// Pinholes: no split shares out more than this many times its rays.
     pub(in super::super) max_shared: f32,
-    /// Where the rays of the map are too few, others are traced no nearer to each other than this.
+    /// The least spacing of rays that are traced between those of the map where these are too few.
     pub(in super::super) finest_ray_px: f32,
     /// About so many of them for each ray of the map, and no more; set for each map.
     pub(in super::super) traced_a_ray: u64,
-    /// None are traced: something else draws what is seen there.
+    /// True if no rays are traced between: something else draws what they would show.
     pub(in super::super) leaves_out: bool,
 }
 
@@ -55,7 +55,7 @@ pub(in super::super) struct Added {
 }
 
 impl CameraBuilder<'_> {
-    /// How far a ray goes until it leaves the scene's box, and at least a little: at its very tail nothing can be
+    /// The length of a ray until it leaves the scene's box, and at least a little: at its very tail nothing can be
     /// tested.
     pub(in super::super) fn head(&self, ray: &GridRay) -> f64 {
         let (tail, direction) = (ray.tail, ray.direction);

@@ -16,7 +16,8 @@ const MAX_STEPS: u32 = 8;
 /// single precision.
 const LAST_STEP: f32 = 3e-4;
 
-/// On the way coordinates may go further than the leaf's rays, by this in the leaf's size. Chosen, not measured.
+/// The distance that coordinates may leave a leaf's rays on the way to a solution, in the leaf's size. Chosen, not
+/// measured.
 const OVERSHOOT: f32 = 0.5;
 
 /// Coordinates of answers that are one differ less than this. Chosen, not measured.
@@ -33,8 +34,8 @@ mod output {
     pub(in super::super) const LENGTH: usize = 8;
 }
 
-/// Where the boxes are that a leaf's coordinates are cut into, four along one axis and two along the other, as shares
-/// of half its extent; how large they are.
+/// The middles of the boxes that a leaf's coordinates are cut into, four along one axis and two along the other, and
+/// the boxes' sizes, as shares of half the leaf's extent.
 const ALONG: Lanes = Lanes([-0.75, -0.25, 0.25, 0.75, -0.75, -0.25, 0.25, 0.75]);
 const ACROSS: Lanes = Lanes([-0.5, -0.5, -0.5, -0.5, 0.5, 0.5, 0.5, 0.5]);
 const ALONG_SIZE: f32 = 0.25;
@@ -53,7 +54,7 @@ fn polynomial<const N: usize>(c: &[f32; TERMS], [x, y]: [Lanes<N>; 2]) -> [Lanes
 /// Parts of a leaf's coordinates.
 struct Boxes {
     middles: [Lanes; 2],
-    /// Where the ray through the point is expected, as seen from there.
+    /// The step from each middle to the expected coordinates of the ray through the point.
     steps: [Lanes; 2],
     /// 1 for those in which there may be a ray through the point.
     may: [u32; LANES],
@@ -64,7 +65,7 @@ struct Boxes {
 }
 
 impl Boxes {
-    /// Where the ray through the point is expected from the box that it is nearest to.
+    /// The expected coordinates of the ray through the point, from the box that is nearest to them.
     #[inline(always)]
     fn nearest(&self) -> [Lanes<1>; 2] {
         let (mut nearest, mut best) = (f32::INFINITY, [Lanes([0.0]); 2]);
@@ -80,8 +81,8 @@ impl Boxes {
     }
 }
 
-/// At most how much a polynomial differs from its expansion to first order, within `size` of anywhere in a leaf whose
-/// coordinates are at most `most`.
+/// A bound of the difference between a polynomial and its expansion to first order, within `size` of anywhere in a leaf
+/// whose coordinates are at most `most`.
 #[inline(always)]
 fn rest(c: &[f32; TERMS], most: [f32; 2], size: [f32; 2]) -> f32 {
     let xx = c[3].abs() + 3.0 * c[6].abs() * most[0] + c[7].abs() * most[1];
@@ -115,18 +116,18 @@ impl<'a> Slice<'a> {
         Self { leaf, depth, lateral }
     }
 
-    /// Boxes of coordinates in which rays through the point may be.
+    /// The boxes of coordinates in which rays through the point may be.
     ///
-    /// In a box the lateral distance is what it is to first order in its middle but for the terms of higher order,
-    /// which are no larger than the sums of their largest; so it may be bounded in any direction: along its two
-    /// components, and across the images of the coordinates' axes.
+    /// In a box the lateral distance is its first-order expansion about the middle but for terms of higher order, which
+    /// are no larger than the sums of their largest values. This bounds it in any direction: along its two components,
+    /// and across the images of the coordinates' axes.
     #[inline(always)]
     fn boxes(&self) -> Boxes {
         let [u, v] = &self.lateral;
         let (low, high) = (&self.leaf.low, &self.leaf.high);
         let half = [0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1])];
         let most = [low[0].abs().max(high[0].abs()), low[1].abs().max(high[1].abs())];
-        // More boxes along the axis that bends more.
+        // The axis that bends more is cut into more boxes.
         let bends = |term: usize, axis: usize| u[term].abs().max(v[term].abs()) * half[axis] * half[axis];
         let axis = usize::from(bends(5, 1) > bends(3, 0));
         let mut middles = [Lanes::ZERO; 2];
@@ -135,7 +136,7 @@ impl<'a> Slice<'a> {
         let mut size = [0.0; 2];
         size[axis] = half[axis] * ALONG_SIZE;
         size[1 - axis] = half[1 - axis] * ACROSS_SIZE;
-        // What is left along the components, and across the images of the axes in the middle of the leaf: near a
+        // The remainders along the components, and across the images of the axes in the middle of the leaf: near a
         // caustic, where these images are about parallel, that is much less.
         let (mut right, mut down) = ([0.0; TERMS], [0.0; TERMS]);
         for term in 3..TERMS {
@@ -187,7 +188,7 @@ impl<'a> Slice<'a> {
             let (right, down) = (uy * v - vy * u, vx * u - ux * v);
             let mut any = 0;
             for lane in 0..N {
-                // Not a number where the rays meet in a line.
+                // Where the rays meet in a line this is not a number.
                 let inverse = 1.0 / determinant[lane];
                 let (right, down) = (right[lane] * inverse, down[lane] * inverse);
                 let length = right.abs().max(down.abs());
@@ -198,7 +199,7 @@ impl<'a> Slice<'a> {
                     & u32::from(y >= leaf.low[1] - OVERSHOOT)
                     & u32::from(y <= leaf.high[1] + OVERSHOOT);
                 let steps = going[lane] & inside;
-                // What is lost may have no number.
+                // Lost lanes may not be numbers.
                 z[0][lane] = if steps == 1 { x } else { z[0][lane] };
                 z[1][lane] = if steps == 1 { y } else { z[1][lane] };
                 let arrives = steps & u32::from(length < LAST_STEP);
@@ -226,7 +227,7 @@ impl<'a> Slice<'a> {
         let basis = [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
         let by_x = [0.0, 1.0, 0.0, 2.0 * x, y, 0.0, 3.0 * x * x, 2.0 * x * y, y * y, 0.0];
         let by_y = [0.0, 0.0, 1.0, 0.0, x, 2.0 * y, 0.0, x * x, 2.0 * x * y, 3.0 * y * y];
-        // All outputs, and their changes.
+        // The values of all outputs, and their changes.
         let mut values = [[0.0; OUTPUTS]; 3];
         for (term, row) in leaf.coefficients.iter().enumerate() {
             for output in 0..OUTPUTS {
@@ -253,7 +254,7 @@ impl<'a> Slice<'a> {
             (tangents[1] * a - tangents[0] * b) * inverse_determinant,
         ];
         let (right, up) = (values[0][output::SLOPE], values[0][output::SLOPE + 1]);
-        // What moves a point along its ray moves nothing.
+        // A step of the point along its ray moves nothing.
         let direction = Vec3::from(leaf.direction);
         let lateral = [Vec3::from(leaf.across[0]) - direction * right, Vec3::from(leaf.across[1]) - direction * up];
         let last_segment = after * Vec3::new(right, up, 1.0).length();

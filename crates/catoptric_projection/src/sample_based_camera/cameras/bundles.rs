@@ -9,13 +9,13 @@ use crate::sample_based_camera::rays::grid_ray::GridRay;
 use catoptric_core::parallel;
 use glam::{DVec3, Vec2, Vec3};
 
-/// Halves of blocks of so many cells share a whole cell, those of smaller ones a row of rays. Chosen, not measured.
+/// Halves of blocks of this many cells share a whole cell, those of smaller ones a row of rays. Chosen, not measured.
 const SHARED_CELLS: u32 = 8;
 
 /// Beams hold all rays at the edges of a leaf and about this many in its middle. Chosen, not measured.
 const MIDDLE_REACHES: usize = 64;
 
-/// No leaf.
+/// The number of a missing leaf.
 const NO_LEAF: u32 = u32::MAX;
 
 /// The leaves of one path.
@@ -39,7 +39,7 @@ struct Built {
     rays: Vec<u32>,
 }
 
-/// Leaves, and what was traced to make them.
+/// Leaves, and the rays traced to make them.
 #[derive(Default)]
 pub(in super::super) struct Leaves {
     built: Vec<Built>,
@@ -64,7 +64,7 @@ impl Leaves {
         self.built.push(Built { leaf, rays });
     }
 
-    /// Both. The map itself has so many rays.
+    /// The union of two sets of leaves, over a map of so many rays.
     fn and(mut self, other: Self, in_map: usize) -> Self {
         let shift = self.added.len() as u32;
         let shifted = |ray: u32| if ray as usize >= in_map { ray + shift } else { ray };
@@ -117,7 +117,7 @@ impl CameraBuilder<'_> {
         (tree, Added { rays: added.into_iter().zip(piece_of_added).collect(), traced })
     }
 
-    /// All leaves: those so far, and those of blocks that wait for rays between theirs. All of these may trace as many.
+    /// Adds leaves over blocks that wait for rays between theirs, which share the limit of traced rays.
     fn with_finer(&self, mut leaves: Leaves) -> Leaves {
         let waiting = std::mem::take(&mut leaves.waiting);
         if self.demand.leaves_out {
@@ -163,7 +163,7 @@ impl CameraBuilder<'_> {
         }
         let axis = usize::from(extent[1] > extent[0]);
         let middle = i64::from(low[axis] + extent[axis] / 2);
-        // Both halves hold the rays between them: no seam opens.
+        // Both halves hold the rays between them, so that no seam opens.
         let shared = middle + i64::from(extent[axis] >= SHARED_CELLS);
         let place = |ray: &&u32| self.group.cell_of(**ray as usize)[axis];
         let first: Vec<u32> = rays.iter().filter(|ray| place(ray) <= shared).copied().collect();
@@ -182,7 +182,7 @@ impl CameraBuilder<'_> {
         if count <= MAX_FITTED {
             return self.fit_to(&gathered(&mut rays.iter().copied()), 1.0);
         }
-        // One of every so many, not in step with the rows.
+        // The subset has one ray of every so many, not in step with the rows.
         let start = |stratum: usize| stratum * count / MAX_FITTED;
         let pick = |stratum: usize| {
             let (from, to) = (start(stratum), start(stratum + 1));
@@ -258,7 +258,7 @@ pub(in super::super) fn places_of<'a>(rays: impl Iterator<Item = &'a GridRay>) -
     rays.map(|ray| Vec2::from(ray.place)).fold(nothing, around).map(|corner| corner.to_array())
 }
 
-/// On how many columns and rows rays are that are `apart` from each other: 64 at the most.
+/// The numbers of columns and rows that hold rays which are `apart` from each other: at most 64.
 fn lines_of(rays: &[GridRay], apart: f32) -> [u32; 2] {
     let [low, _] = places_of(rays.iter());
     [0, 1].map(|axis: usize| {

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 pub(in super::super) struct CameraProjection {
     /// The first bounce point.
     pub(in super::super) first: DVec3,
-    /// Its change with the scene point: a step of the point changes it by
+    /// The derivative of `first` with respect to the scene point: a step of the point changes it by
     /// `moves[0] (lateral[0] . step) + moves[1] (lateral[1] . step)`.
     pub(in super::super) moves: [Vec3; 2],
     pub(in super::super) lateral: [Vec3; 2],
@@ -18,6 +18,6 @@ pub(in super::super) struct CameraProjection {
     /// Optical length from the eye to the point, and the part from the tail on.
     pub(in super::super) length: f32,
     pub(in super::super) last_segment: f32,
-    /// How far from the point the leaf's ray is expected to pass, across its mean direction.
+    /// The expected distance between the point and the leaf's ray, across its mean direction.
     pub(in super::super) lateral_error: f32,
 }

@@ -1,4 +1,4 @@
-//! Where the rays of the map are too few for a camera, rays between them are traced: as many as it takes.
+//! Rays between those of the map, traced where these are too few for a camera: as many as it takes.
 
 use super::builder::CameraBuilder;
 use super::bundles::{Leaves, places_of};
@@ -16,7 +16,7 @@ const SAME_PLACE: f32 = 1e-3;
 
 /// A part of the map between its regular rays.
 struct RayBlock {
-    /// Its corners, in cells.
+    /// The corners of the block, in cells.
     low: [f32; 2],
     high: [f32; 2],
     /// The numbers of the rays in it, all of one piece.
@@ -38,7 +38,7 @@ struct Tracing<'a> {
 impl CameraBuilder<'_> {
     /// The leaves over rays of a block of the map that cannot be halved any more.
     ///
-    /// No more rays than about `limit` are traced for it: where that is too few leaves interpolate.
+    /// At most about `limit` rays are traced for it: if these are too few, leaves interpolate.
     pub(in super::super) fn finer(&self, rays: &[u32], piece: u32, limit: u64) -> Leaves {
         let [low, high] = places_of(rays.iter().map(|&ray| &self.group.rays[ray as usize]));
         let cells = |axis: usize| low[axis].floor() as i64..=high[axis].ceil() as i64;
@@ -71,7 +71,7 @@ impl Tracing<'_> {
         let is_spent = limit < (ACROSS * ACROSS) as u64;
         if is_finest || is_spent {
             self.found.unrefined += u64::from(!is_finest);
-            // Where the piece ends a block may have a ray or two.
+            // At the border of the piece a block may have a ray or two.
             if !self.interpolate(&block) {
                 block.rays = around.to_vec();
                 self.interpolate(&block);

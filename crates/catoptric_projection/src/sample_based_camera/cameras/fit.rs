@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in super::super) enum FitTerms {
     Linear,
-    /// And the product of the coordinates: four rays are met exactly.
+    /// Linear terms, and the product of the coordinates: four rays are met exactly.
     Bilinear,
     Quadratic,
     Cubic,
@@ -46,9 +46,9 @@ impl FitTerms {
     }
 }
 
-/// Where a ray is tested, as shares of its way through the scene: near its tail, at its head, and between. (At the very
-/// tail the error of where tails are would decide whether the point is before or behind it.) The shares themselves are
-/// chosen, not measured.
+/// The places at which a ray is tested, as shares of its way through the scene: near its tail, at its head, and
+/// between. (At the very tail the error of the tail itself would decide whether the point is before or behind it.) The
+/// shares themselves are chosen, not measured.
 pub(in super::super) const TESTED: [f64; 3] = [0.02, 0.25, 1.0];
 
 /// Weight of the coefficients' own size in the least squares, against rays on a line. Chosen well above rounding, not
@@ -65,10 +65,12 @@ const PARALLEL: f64 = 1e-4;
 /// Leaves are at least this share of their length wide. Chosen, not measured.
 const THINNEST: f64 = 1e-6;
 
-/// Coordinates may go beyond those of the leaf's rays by this share of their extent,
+/// The distance that coordinates may go beyond those of the leaf's rays, as a share of their extent. Chosen, not
+/// measured.
 const LEEWAY: f64 = 0.1;
 
-/// and by this where the leaf only interpolates: its projections may be off by about a ray. Chosen, not measured.
+/// Like [`LEEWAY`], for leaves that only interpolate: their projections may be off by about the spacing of rays.
+/// Chosen, not measured.
 const LEEWAY_OF_LISTS: f64 = 0.35;
 
 /// Spacing of the rays of a leaf.
@@ -80,7 +82,7 @@ pub(in super::super) struct FitSpan {
     pub(in super::super) interpolates: bool,
 }
 
-/// The surface whose points a leaf's coordinates are those of.
+/// The surface whose points a leaf's coordinates belong to.
 ///
 /// Where the last mirror ends for the eye, beside its silhouette in the one before, it moves as the root of the way on
 /// the first: there polynomials over the first do not get near it, and those over the last do.
@@ -93,7 +95,7 @@ enum Over {
 impl Over {
     const BOTH: [Self; 2] = [Self::First, Self::Last];
 
-    /// Those that differ for rays.
+    /// The surfaces that differ for some rays.
     fn all(rays: &[GridRay]) -> &'static [Self] {
         let is_one = rays.first().is_none_or(|ray| ray.first == ray.tail);
         if is_one { &Self::BOTH[..1] } else { &Self::BOTH }
@@ -115,13 +117,13 @@ pub(in super::super) struct Fit {
     over: Over,
     /// Gradients of the coordinates, which are zero at the centre of the points that they are those of.
     gradients: [DVec3; 2],
-    /// How coordinates change with first bounce points, about: gradients.
+    /// Approximate gradients of the coordinates with respect to the first bounce points.
     tangents: [DVec3; 2],
     origin: DVec3,
     direction: DVec3,
     across: [DVec3; 2],
     medium: f64,
-    /// Root mean squares of what is left of offsets and slopes.
+    /// Root mean squares of the residuals of offsets and slopes.
     offset_error: f64,
     slope_error: f64,
     coefficients: [[f64; OUTPUTS]; TERMS],
@@ -207,7 +209,8 @@ impl Fit {
         Some(fit)
     }
 
-    /// How coordinates change with first bounce points in the middle: the inverse of how these change with them.
+    /// The gradients of the coordinates with respect to the first bounce points in the middle: the inverse of the
+    /// derivatives of these with respect to the coordinates.
     fn coordinates_by_first(&self) -> Option<[DVec3; 2]> {
         let [right, down] = [1, 2].map(|term: usize| DVec3::from_slice(&self.coefficients[term][..3]));
         let normal = right.cross(down);
@@ -322,7 +325,7 @@ fn coordinate_gradients(rays: &[GridRay], (first, normal): (DVec3, DVec3), over:
     gradients.iter().all(|gradient| gradient.is_finite()).then_some(gradients)
 }
 
-/// How points move with the place in the map, by least squares, but for the factor that makes steps of it; only across
+/// The derivatives of points with respect to the place in the map, by least squares, up to a common factor; only across
 /// the normal, if that is known.
 fn moves_with_place(rays: &[GridRay], over: Over, center: DVec3, normal: Option<DVec3>) -> [DVec3; 2] {
     let place = |ray: &GridRay| DVec2::new(ray.place[0].into(), ray.place[1].into());
@@ -372,7 +375,7 @@ pub(in super::super) fn is_accurate(
         let gradients = view.place_change(ray.first);
         let [off, right_px, down_px] =
             [off, vector(&right), vector(&down)].map(|step| DVec2::new(gradients[0].dot(step), gradients[1].dot(step)));
-        // How fast the ray goes along the mean direction.
+        // The ray's step along the mean direction for a unit length.
         let forward = ray.direction.dot(fit.direction);
         TESTED.iter().all(|share| {
             let depth = truth[7] + share * f64::from(*head) * forward;
@@ -381,7 +384,7 @@ pub(in super::super) fn is_accurate(
                 [3, 4].map(|i: usize| [right[i] + depth * right[i + 2], down[i] + depth * down[i + 2]]);
             let determinant = a * d - b * c;
             let step = [(b * miss[1] - d * miss[0]) / determinant, (c * miss[0] - a * miss[1]) / determinant];
-            // Also false where it is not a number.
+            // False if it is not a number, too.
             (off + right_px * step[0] + down_px * step[1]).length_squared() <= most
         })
     })

@@ -54,8 +54,8 @@ impl Cameras {
         }
     }
 
-    /// Calls `found` with all projections of a point by the cameras; not with what lies more than a distance from a
-    /// place in the map, if there is a `limit` (in cells).
+    /// Calls `found` with all projections of a point by the cameras; with a `limit` (in cells), only with those up to
+    /// that distance from a place in the map.
     pub(super) fn ask(
         &self,
         point: Vec3,
@@ -71,7 +71,7 @@ impl Cameras {
                 if let Some((place, most)) = limit {
                     numbers.retain(|&leaf| tree.leaf(leaf).is_some_and(|leaf| leaf.distance_from(place) <= most));
                 }
-                // What interpolates comes last: it may be off, and cameras have seen most of it.
+                // Leaves that interpolate come last: they may be off, and cameras have seen most of their points.
                 numbers.sort_unstable_by_key(|&number| (tree.leaf(number).map_or(1, |leaf| leaf.interpolates), number));
                 work::add(WORK_A_LEAF * numbers.len() as u64);
                 for leaf in numbers.iter().filter_map(|&leaf| tree.leaf(leaf)) {
@@ -105,7 +105,7 @@ impl Cameras {
         Some(found(&CameraAnswer::of(answer, leaf)))
     }
 
-    /// The leaf that draws what is seen at a ray of the group, in a piece: the bundle that the ray belongs to, or the
+    /// The leaf that draws the reflection at a ray of the group, in a piece: the bundle that the ray belongs to, or the
     /// pinhole that is asked for the point that shows there.
     pub(super) fn leaf_at(&self, ray: usize, piece: u32, point: Vec3) -> Option<LeafNumber> {
         match self {
@@ -125,7 +125,7 @@ impl Cameras {
         }
     }
 
-    /// Forgets what is known of each of the group's rays.
+    /// Drops the data of each of the group's rays.
     pub(super) fn forget_rays(&mut self) {
         match self {
             Self::Bundles(tree) => tree.forget_rays(),
@@ -133,7 +133,7 @@ impl Cameras {
         }
     }
 
-    /// Writes them, but for what is known of each ray.
+    /// Writes them without the data of each ray.
     pub(super) fn store(&self, words: &mut WordWriter) {
         match self {
             Self::Bundles(tree) => tree.store(words),

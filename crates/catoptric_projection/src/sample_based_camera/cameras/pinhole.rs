@@ -193,7 +193,7 @@ pub(in super::super) fn ask(leaf: &PinholeLeaf, point: Vec3) -> Option<CameraPro
     let met = from + along * scale - origin;
     let (u, v) = (met.dot(axes[0]), met.dot(axes[1]));
     let inside = |value: f32, axis: usize| value >= leaf.low[axis] && value <= leaf.high[axis];
-    // Not a number where the line of sight runs along the image plane.
+    // Where the line of sight runs along the image plane this is not a number.
     if !(inside(u, 0) && inside(v, 1)) {
         return None;
     }
@@ -212,7 +212,7 @@ pub(in super::super) fn ask(leaf: &PinholeLeaf, point: Vec3) -> Option<CameraPro
     // A step along the line of sight moves nothing.
     let step_scale = if affine { 1.0 } else { scale };
     let lateral = axes.map(|axis| (axis - normal * (axis.dot(along) / along.dot(normal))) * step_scale);
-    // Beyond a centre in front of the tails all rays have crossed.
+    // If the centre lies in front of the tails, all rays have crossed beyond it.
     let crossed = !affine && (center - origin).dot(direction) > 0.0 && (point - center).dot(direction) > 0.0;
     let largest = moves[0].length().max(moves[1].length());
     Some(CameraProjection {

@@ -9,8 +9,8 @@ use bytemuck::{Pod, Zeroable};
 /// Terms of a polynomial of degree 3 in two variables: `1, x, y, xx, xy, yy, xxx, xxy, xyy, yyy`.
 pub(super) const TERMS: usize = 10;
 
-/// What a bundle's polynomials give: the first bounce point (3, from the centre), offset (2), slope (2), where tails
-/// are along the mean direction (1), the optical length to the tail (1), and nothing (3): whole vectors.
+/// The number of values of a bundle's polynomials: the first bounce point (3, from the centre), offset (2), slope (2),
+/// the tail's place along the mean direction (1), the optical length to the tail (1), and nothing (3): whole vectors.
 pub(super) const OUTPUTS: usize = 12;
 
 /// A leaf of kind `ray_bundle`.
@@ -21,34 +21,34 @@ pub(super) struct BundleLeaf {
     pub(super) center: [f32; 3],
     /// The middle of its tails.
     pub(super) origin: [f32; 3],
-    /// Index of refraction of what its rays run through.
+    /// Index of refraction of the medium that its rays run through.
     pub(super) medium: f32,
     /// The mean direction of its rays, and two more axes of a rectangular frame.
     pub(super) direction: [f32; 3],
-    /// Which connected region of rays it belongs to.
+    /// The number of the connected region of rays that it belongs to.
     pub(super) piece: u32,
     /// Root mean squares of the errors of offsets and slopes.
     pub(super) offset_error: f32,
     pub(super) slope_error: f32,
     pub(super) across: [[f32; 3]; 2],
-    /// How coordinates, which are about -1 to 1 over the leaf, change with first bounce points.
+    /// The gradients of the coordinates, which are about -1 to 1 over the leaf, with respect to the first bounce point.
     pub(super) tangents: [[f32; 3]; 2],
     /// The coordinates of its rays lie between these.
     pub(super) low: [f32; 2],
     pub(super) high: [f32; 2],
-    /// Not 0 where it interpolates between rays because no camera is accurate.
+    /// 1 if it interpolates between rays because no camera is accurate, else 0.
     pub(super) interpolates: u32,
-    /// Where its rays are in the map, in cells.
+    /// The corners of its rays' places in the map, in cells.
     pub(super) low_place: [f32; 2],
     pub(super) high_place: [f32; 2],
     /// Spacing, in cells.
     pub(super) apart: f32,
-    /// Of each term, for each output.
+    /// The coefficients of each term, for each output.
     pub(super) coefficients: [[f32; OUTPUTS]; TERMS],
 }
 
 impl BundleLeaf {
-    /// How far a place is from its rays, in cells, along a row or column.
+    /// The distance of a place from its rays, in cells, along a row or column.
     pub(super) fn distance_from(&self, place: [f64; 2]) -> f64 {
         let beyond = |axis: usize| {
             (f64::from(self.low_place[axis]) - place[axis]).max(place[axis] - f64::from(self.high_place[axis]))
@@ -60,8 +60,8 @@ impl BundleLeaf {
 /// Terms of a polynomial of degree 2 in two variables: `1, u, v, uu, uv, vv`.
 pub(super) const PINHOLE_TERMS: usize = 6;
 
-/// What a pinhole's polynomials give: the first bounce point (3, from the image plane's origin), the optical length to
-/// the tail, where tails are along the mean direction.
+/// The number of values of a pinhole's polynomials: the first bounce point (3, from the image plane's origin), the
+/// optical length to the tail, and the tail's place along the mean direction.
 pub(super) const PINHOLE_OUTPUTS: usize = 5;
 
 /// A leaf of kind `pinhole`.
@@ -73,11 +73,11 @@ pub(super) struct PinholeLeaf {
     pub(super) is_affine: u32,
     /// A point of the image plane: the middle of the tails.
     pub(super) origin: [f32; 3],
-    /// Index of refraction of what its rays run through.
+    /// Index of refraction of the medium that its rays run through.
     pub(super) medium: f32,
     /// The image plane's unit normal.
     pub(super) normal: [f32; 3],
-    /// By this the polynomials' own normal points to the side that is seen.
+    /// The sign that turns the polynomials' own normal to the side that is seen.
     pub(super) side: f32,
     /// The mean direction of its rays.
     pub(super) direction: [f32; 3],
@@ -103,7 +103,7 @@ pub(super) struct SplitNode {
 }
 
 impl SplitNode {
-    /// This bit marks numbers of cameras.
+    /// The bit that marks numbers of cameras.
     pub(super) const LEAF: u32 = 1 << 31;
     /// A list of rays.
     pub(super) const LIST: u32 = u32::MAX;

@@ -1,4 +1,4 @@
-//! Cameras as words of 32 bits, the lowest byte first: what a baked file holds.
+//! Cameras as words of 32 bits, the lowest byte first, for baked files.
 
 use bytemuck::Pod;
 
@@ -7,7 +7,7 @@ use bytemuck::Pod;
 pub struct WordWriter(Vec<u32>);
 
 impl WordWriter {
-    /// One number.
+    /// Writes one number.
     pub fn number(&mut self, number: u32) {
         self.0.push(number);
     }
@@ -57,7 +57,7 @@ impl WordWriter {
 pub struct WordReader<'a>(&'a [u32]);
 
 impl<'a> WordReader<'a> {
-    /// At the first of some words.
+    /// A reader at the first of some words.
     pub fn new(words: &'a [u32]) -> Self {
         Self(words)
     }
@@ -73,7 +73,7 @@ impl<'a> WordReader<'a> {
         Some(taken)
     }
 
-    /// One number.
+    /// Reads one number.
     pub fn number(&mut self) -> Option<u32> {
         self.take(1).map(|taken| taken[0])
     }

@@ -1,4 +1,4 @@
-//! How well a path can be blended: whether the nodes around the eye know of the same appearances.
+//! The agreement of the nodes around the eye on a path: it is blended only if they see the same appearances.
 
 use super::blend::MorphProjector;
 use catoptric_core::math::random::spread;
@@ -9,14 +9,14 @@ use glam::Vec3;
 /// Points of the scene that are looked at for every path. Chosen, not measured.
 const PROBES: usize = 128;
 
-/// So many appearances are enough. Chosen, not measured.
+/// The number of appearances after which no more are compared. Chosen, not measured.
 const ENOUGH: u32 = 200;
 
-/// A path is not blended where more of what the eye sees than this share is not known at all nodes: a solver has to
-/// look for that from the eye, which takes longer than cameras there, and finds one appearance of a point where there
-/// may be several. Convex mirrors on their own have none to a hundredth of it, a ball in another ball a tenth, the
-/// `vase` a sixth, saddles, urns and rings a quarter to a half. With 0.15 the balls in each other were blended, at the
-/// cost of half as much time again, and a pixel off where cameras at the eye are a hundredth.
+/// The share of appearances that are not known at all nodes above which a path is not blended: a solver has to look for
+/// these from the eye, which takes longer than cameras there, and finds one appearance of a point where there may be
+/// several. Convex mirrors on their own have none to a hundredth of it, a ball in another ball a tenth, the `vase` a
+/// sixth, saddles, urns and rings a quarter to a half. With 0.15 the balls in each other were blended, at the cost of
+/// half as much time again, and a pixel off where cameras at the eye are a hundredth.
 const MOST_SOLVED: f32 = 0.05;
 
 /// Points all over a scene: half of them spread over all triangles, half over all objects.
@@ -30,7 +30,7 @@ pub(super) fn probes(scene: &Scene) -> Vec<Vec3> {
     let over_objects = (0..half).filter_map(|probe| {
         let own = &scene.objects[probe % objects].triangles;
         let count = own.len();
-        // Each time that an object's turn comes, another triangle.
+        // An object gives another triangle each time that its turn comes.
         let turn = (spread(probe as u32).x * count as f32) as usize;
         (count > 0).then(|| own.start as usize + turn.min(count - 1))
     });
@@ -44,7 +44,7 @@ pub(super) fn probes(scene: &Scene) -> Vec<Vec3> {
 }
 
 impl MorphProjector<'_> {
-    /// For every path whether the nodes agree on it, by the appearances of some points.
+    /// True for paths on which the nodes agree, by the appearances of some points.
     pub(super) fn are_blended(&self, probes: &[Vec3]) -> Vec<bool> {
         parallel::map_collect(self.paths.len(), |path| self.is_blended(path as u32, probes))
     }

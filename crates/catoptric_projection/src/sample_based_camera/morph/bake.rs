@@ -18,13 +18,13 @@ use glam::{UVec3, Vec3};
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-/// The layout of a unit's bytes; also how they are found: the version changes with what units hold.
+/// The layout of a unit's bytes; also how the contents are computed: the version changes with them.
 const PAYLOAD_VERSION: u32 = 2;
 
 /// A node with more bytes is refused. Those of the default settings have about 0.3 MB on `two_spheres`, 3 on `teapot`.
 const MOST_BYTES: u64 = 48 << 20;
 
-/// Nodes that are made for an estimate at the most, so many at once, for as long as they take no longer than this.
+/// Nodes that are made for an estimate at the most, this many at once, for as long as they take no longer than this.
 const ESTIMATED_NODES: usize = 16;
 const ESTIMATED_AT_ONCE: usize = 4;
 const ESTIMATE_MS: f64 = 1000.0;
@@ -54,7 +54,7 @@ impl NodeTable {
         self.counts.element_product() as usize
     }
 
-    /// How many nodes there are.
+    /// The number of nodes.
     pub fn count(&self) -> usize {
         self.grids.len() * self.nodes_of_grid()
     }
@@ -127,7 +127,7 @@ impl BakeWork for NodesWork<'_> {
     fn write_scene(&self, sink: &mut dyn FnMut(&[u8])) {
         let scene = self.scene;
         scene.write_identity(|object| !scene.role_of(object).is_specular(), sink);
-        // What moves among the mirrors is no part of it, as long as it stays within the box.
+        // Objects that move among the mirrors are no part of it, as long as they stay within the box.
         let Aabb { min, max } = scene.bounds;
         sink(format!("{:?} {} {min:?} {max:?}", scene.specular_objects(), scene.objects.len()).as_bytes());
         sink(&scene.near().to_le_bytes());
@@ -183,7 +183,7 @@ impl NodeMaker<'_> {
     fn sampled(&self) -> (f64, f64) {
         *self.sample.get_or_init(|| {
             let count = self.table.count();
-            // As far apart as they can be, whatever the numbers of rows are.
+            // The sampled nodes are as far apart as they can be, whatever the numbers of rows are.
             let number = |index: usize| ((index as f64 + 0.5) * 0.618_033_988_75).fract() * count as f64;
             let (mut watch, mut spent_ms, mut bytes, mut made) = (Stopwatch::new(), 0.0, 0, 0);
             while made < ESTIMATED_NODES && spent_ms < ESTIMATE_MS {
@@ -226,13 +226,13 @@ pub(super) struct BakedNodes {
     mapped: Vec<u32>,
     /// The scene's box: rays were tested as far as that.
     bounds: Aabb,
-    /// Where the mirrors are for it.
+    /// The mirrors' places for which they were baked.
     built: Arc<Moment>,
     object_count: usize,
 }
 
 impl BakedNodes {
-    /// Those of a scene.
+    /// Opens the baked nodes of a scene.
     ///
     /// # Errors
     /// [`RenderError::Setting`] for settings that do not fit the scene, [`RenderError::Limit`] where the file has
@@ -265,7 +265,7 @@ impl BakedNodes {
         self.built.motion_of_node(now, key, (place, &self.bounds), scene).is_some()
     }
 
-    /// Where the mirrors are for it.
+    /// The mirrors' places for which they were baked.
     pub(super) fn built(&self) -> &Arc<Moment> {
         &self.built
     }

@@ -27,12 +27,12 @@ const STEPS_WHERE_ROUGH: u32 = 4;
 /// Answers are one when they are nearer than this, in pixels. Chosen, not measured.
 const SAME_PX: f32 = 0.5;
 
-/// Where a path is found at the nodes around the eye.
+/// The numbers of a path at the nodes around the eye.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BlendedPath {
     /// The index of its first reflector among those with nodes.
     pub(super) reflector: usize,
-    /// Its number at each node.
+    /// The path's number at each node.
     pub(super) in_nodes: Vec<u32>,
 }
 
@@ -43,14 +43,14 @@ pub(super) struct PointCounts {
     sought: AtomicU64,
     /// Appearances that some node does not know of, whatever is tried: the solver looks for them from the eye.
     ambiguous: AtomicU64,
-    /// Those that it does not find.
+    /// Appearances among these that the solver does not find.
     unsolved: AtomicU64,
 }
 
 /// A reflector with its nodes around the eye.
 pub(in super::super) struct BlendedReflector<'a> {
     pub(super) nodes: Vec<Node<'a>>,
-    /// What is known of points at these.
+    /// Known appearances of points at these nodes.
     pub(super) known: &'a AroundEye,
 }
 
@@ -58,7 +58,7 @@ pub(in super::super) struct BlendedReflector<'a> {
 pub(in super::super) struct MorphProjector<'a> {
     pub(super) reflectors: Vec<BlendedReflector<'a>>,
     pub(super) paths: &'a [SpecularPath],
-    /// For each of the first paths where it is found at the nodes.
+    /// The numbers at the nodes of the blended paths, which come first.
     pub(super) blended: &'a [BlendedPath],
     /// The cameras at the eye for the rest of the paths, and the numbers of these there.
     pub(super) cameras_at_eye: Option<CameraProjector<'a>>,
@@ -73,7 +73,8 @@ pub(in super::super) struct MorphProjector<'a> {
     pub(super) order: u32,
     /// Steps of the solver after blending, or 0.
     pub(super) polish: u32,
-    /// Points that some nodes do not see are followed beyond what these see; else they are left out.
+    /// True if points that some nodes do not see are followed beyond these nodes' horizons and borders; else they are
+    /// left out.
     pub(super) cures: bool,
     pub(super) blend: Blend,
     pub(super) counts: PointCounts,
@@ -129,7 +130,7 @@ impl VertexProjector for MorphProjector<'_> {
     }
 }
 
-/// An eye among the nodes, and what it sees.
+/// An eye among the nodes, with its weights and view.
 pub(super) struct Outlook<'a> {
     pub(super) eye: DVec3,
     /// The weights of the nodes.
@@ -142,7 +143,7 @@ pub(super) fn weights_of(nodes: &[Node<'_>]) -> [f32; MOST_NODES] {
     std::array::from_fn(|index| nodes.get(index).map_or(0.0, |node| node.weight))
 }
 
-/// What is found, as on a path of another number.
+/// Finds appearances, and gives them the number of another path.
 fn renumbered(path: u32, found: &mut Vec<Projection>, find: impl FnOnce(&mut Vec<Projection>)) {
     let start = found.len();
     find(found);
@@ -217,7 +218,7 @@ impl MorphProjector<'_> {
         (self.settle(path, lookout, sightings, point), false)
     }
 
-    /// Who looks for points on a path at the nodes.
+    /// The nodes that look for points on a path.
     pub(super) fn lookout_on(&self, path: u32) -> Option<Lookout<'_>> {
         let BlendedPath { reflector, in_nodes } = self.blended.get(path as usize)?;
         Some(self.lookout(path, &self.reflectors[*reflector].nodes, in_nodes))
@@ -238,9 +239,9 @@ impl MorphProjector<'_> {
         }
     }
 
-    /// In a single mirror, the appearance of a point that one of a point near it continues into, exactly: that takes
-    /// one reflection in place of one for each node, and is asked for points that no other view asks for.
-    /// `Some(None)` beyond the horizon; `None` if the solver does not get there.
+    /// The continuation of an appearance at a point near its own, in a single mirror, exactly: that takes one
+    /// reflection in place of one for each node, and is asked for points that no other view asks for. `Some(None)`
+    /// beyond the horizon; `None` if the solver does not get there.
     fn followed(&self, mirror: u32, one: &Projection, point: Vec3) -> Option<Option<Projection>> {
         let medium = one.path_length / (one.reflection_point.distance(self.eye.as_vec3()) + one.last_segment);
         self.reflected(mirror, one, medium, point)
@@ -269,8 +270,8 @@ impl MorphProjector<'_> {
         Some(Projection { path, focal_index, path_length, last_segment, ..projection }.if_meaningful())
     }
 
-    /// The same on other paths, by the solver from the path of the point near it; `None` if that does not get there, or
-    /// beyond a focal point.
+    /// The continuation of an appearance on other paths, by the solver from the path of the point near it; `None` if
+    /// that does not get there, or beyond a focal point.
     fn solved_from(&self, one: &Projection, point: Vec3) -> Option<Projection> {
         let lookout = self.lookout(one.path, &[], &[]);
         let effort = Effort { steps: STEPS_WHERE_AMBIGUOUS, reach: REACH, must_converge: true };
@@ -279,8 +280,8 @@ impl MorphProjector<'_> {
         (found.focal_index == one.focal_index).then_some(found)
     }
 
-    /// A reflection point in the picture, with its change with the scene point, and how far it may be off; without what
-    /// is known of the path. `None` behind the eye.
+    /// A reflection point in the picture, with its change with the scene point, and its error; without the data of the
+    /// path. `None` behind the eye.
     fn shown(view: &PreciseView, first: DVec3, change: Mat3, error: f32) -> Option<Projection> {
         let [x, y] = view.place_of(first)?;
         let gradients = view.place_change(first).map(DVec3::as_vec3);
@@ -328,7 +329,7 @@ impl MorphProjector<'_> {
         Projection { path, focal_index, path_length: length, last_segment, ..projection }.if_meaningful()
     }
 
-    /// The same from the eye, made exact if that is wanted, or where it is not accurate.
+    /// The blend of the sightings as seen from the eye, made exact if that is wanted, or where it is not accurate.
     fn blend(
         &self,
         path: u32,
@@ -360,7 +361,7 @@ impl MorphProjector<'_> {
         let mut by_weight: [usize; MOST_NODES] = std::array::from_fn(|node| node);
         by_weight[..nodes.len()].sort_by(|&a, &b| nodes[b].weight.total_cmp(&nodes[a].weight));
         let heaviest_first = by_weight[..nodes.len()].iter().map(|&node| (nodes[node].eye(), at[node].first));
-        // The eye's own ray is nearest to the path; where the mean is just beyond what it sees, nodes have one.
+        // The eye's own ray is nearest to the path; where the mean is just beyond the eye's horizon, nodes have one.
         let mut rays = std::iter::once((self.eye.as_vec3(), first.as_vec3())).chain(heaviest_first);
         let solved = rays.find_map(|ray| self.solved(path, lookout, ray, first, point, effort));
         solved.or(Some(projection))

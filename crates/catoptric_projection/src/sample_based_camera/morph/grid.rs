@@ -32,7 +32,7 @@ impl NodeGrid {
         self.low + node.as_vec3() * self.spacing
     }
 
-    /// The tetrahedron that a place is in; returns `None` beyond the grid.
+    /// The tetrahedron that a place lies in; `None` beyond the grid.
     ///
     /// Each cube is cut into six tetrahedra about its diagonal, by the order of the place's coordinates in it. So
     /// neighbours share whole faces, and weights are continuous.
@@ -63,7 +63,7 @@ impl NodeGrid {
 /// reflector's box.
 ///
 /// # Errors
-/// What is wrong with `grid`.
+/// Says what is wrong with `grid`.
 ///
 /// ```
 /// use catoptric::math::Aabb;

@@ -15,7 +15,7 @@ pub(super) struct Mean {
 }
 
 impl Mean {
-    /// That with these weights of the nodes.
+    /// The mean with these weights of the nodes.
     pub(super) fn of(form: &TetrahedronForm, weights: &FormWeights, at: &[Sighting]) -> Self {
         let (first, length) = form.at(weights);
         let mut mean = Self { first, change: Mat3::ZERO, normal: Vec3::ZERO, length, last_segment: 0.0, error: 0.0 };
@@ -29,12 +29,12 @@ impl Mean {
     }
 }
 
-/// The paper's mean of what is seen at the nodes.
+/// The paper's mean of the nodes' sightings.
 pub(super) fn plain_form_of(at: &[Sighting]) -> TetrahedronForm {
     TetrahedronForm::new(corners_of(at), |_, _| PlaceAndLength::default())
 }
 
-/// What is seen at each node; of fewer nodes the first one's again.
+/// The reflection point and length at each node; missing nodes repeat the first one.
 fn corners_of(at: &[Sighting]) -> [PlaceAndLength; MOST_NODES] {
     let none = Sighting::default();
     std::array::from_fn(|node| {
@@ -45,10 +45,10 @@ fn corners_of(at: &[Sighting]) -> [PlaceAndLength; MOST_NODES] {
 
 /// The first reflection point and the path's length while the eye moves among nodes at these places.
 ///
-/// Where derivatives with the eye are known, half of what these predict for the way from each node is added: so
-/// whatever changes with the square of the way is right (the mean alone, as in the paper, is right for what changes in
-/// proportion to it). Lengths change by the way along the ray (Fermat). Elsewhere the mean of points of a curved
-/// surface lies below it, by half of what their tangent planes say.
+/// Where derivatives with respect to the eye are known, half of their prediction for the way from each node is added:
+/// this is exact for quadratic changes (the mean alone, as in the paper, is exact for linear ones). Lengths change by
+/// the way along the ray (Fermat). Elsewhere the mean of points of a curved surface lies below it, by half of what
+/// their tangent planes say.
 pub(super) fn form_of(nodes: &[Vec3; MOST_NODES], at: &[Sighting]) -> TetrahedronForm {
     let knows_all = at.iter().all(|seen| seen.change_with_eye.is_some());
     let none = Sighting::default();

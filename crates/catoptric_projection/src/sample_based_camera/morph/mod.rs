@@ -45,14 +45,14 @@ use sightings::{AroundEye, Node};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Nodes are built for so many reflectors of a view at the most, those that appear largest: it takes some tenths of a
+/// Nodes are built for this many reflectors of a view at the most, those that appear largest: it takes some tenths of a
 /// second each. Chosen, not measured.
 const MOST_REFLECTORS: usize = 8;
 
 /// The method with its settings.
 #[derive(Clone)]
 pub(super) struct Morphing {
-    /// With its cameras at the eye, for what is not blended.
+    /// The method with cameras at the eye, for paths that are not blended.
     at_runtime: SampleBasedCamera,
     /// Nodes along each axis.
     counts: UVec3,
@@ -62,16 +62,16 @@ pub(super) struct Morphing {
 pub(super) struct MorphMirrors {
     tracer: Arc<Tracer>,
     nodes: Arc<Mutex<NodeStore>>,
-    /// Where the mirrors are, and where they were when the grids were laid out.
+    /// The mirrors' places now, and when the grids were laid out.
     places: MirrorPlaces,
 }
 
-/// What a view is blended from.
+/// The nodes and paths that a view is blended from.
 pub(super) struct MorphView {
     /// The reflectors that have nodes around the eye.
     reflectors: Vec<ReflectorInView>,
     paths: Vec<SpecularPath>,
-    /// For each of the first of these where it is found at the nodes.
+    /// The numbers at the nodes of the blended paths, which come first.
     blended: Vec<BlendedPath>,
     /// The cameras at the eye for the rest, and the numbers of these there: only for points one by one.
     at_eye: Option<ViewCameras>,
@@ -91,16 +91,16 @@ pub(super) struct MorphView {
 
 /// A reflector with nodes.
 struct ReflectorInView {
-    /// Those around the eye with their weights.
+    /// The nodes around the eye, with their weights.
     nodes: Vec<(f32, FoundNode)>,
-    /// What is known of points at these.
+    /// Known appearances of points at these nodes.
     known: Arc<AroundEye>,
 }
 
-/// The same for cameras at the eye.
+/// The context for cameras at the eye.
 fn at_eye<'a>(context: &Context<'a, Morphing>) -> Context<'a, SampleBasedCamera> {
     let Context { scene, virtual_scene, mirrors, view, order, work, without, is_for_picture, .. } = *context;
-    // What is blended goes on where cameras would leave something out.
+    // Blended paths go on where cameras would leave something out.
     let ends = Ends::Followed;
     Context { scene, virtual_scene, mirrors: &mirrors.tracer, view, order, work, without, is_for_picture, ends }
 }
@@ -137,7 +137,7 @@ impl Morphing {
                 let (across, down) = (length(0, width), length(1, height));
                 if across > 0.0 && down > 0.0 { across * down } else { 0.0 }
             }
-            // Some of it is behind the eye, or all.
+            // The reflector is behind the eye, or in part.
             None => {
                 let mut corners = scene.objects[object as usize].bounds.corners().into_iter();
                 let is_before = corners.any(|corner| picture.depth_of(corner.as_dvec3()) > 0.0);
@@ -212,7 +212,7 @@ impl MorphView {
         }
     }
 
-    /// Leaves out what no node knows, by its first bounce: of a lens both paths are, if one is.
+    /// Leaves out paths that no node knows, by their first bounce: both paths of a lens are left out, if one is.
     fn leave_out_unknown(&mut self, objects: &[u32], order: u32) {
         let first = |path: &SpecularPath| path.bounces.first().map(|bounce| bounce.object);
         for &object in objects.iter().filter(|_| order > 0) {

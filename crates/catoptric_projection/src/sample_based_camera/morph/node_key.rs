@@ -10,8 +10,8 @@ use glam::{UVec3, Vec3};
 /// again. Chosen, not measured.
 const FACE_WORK: u64 = 2_000_000;
 
-/// In a single mirror a node's cameras tell where the solver starts: an accuracy of a pixel is enough, takes a twelfth
-/// of the bytes of a tenth of a pixel on `two_spheres`, and leads to the same appearances.
+/// The accuracy of a node's cameras in a single mirror, in pixels: they only tell where the solver starts. A pixel is
+/// enough, takes a twelfth of the bytes of a tenth of a pixel on `two_spheres`, and leads to the same appearances.
 const MIRROR_ACCURACY_PX: f32 = 1.0;
 
 /// A node: of which reflector's grid, and where in it; the highest order of its paths.

@@ -18,9 +18,9 @@ use std::sync::Arc;
 #[derive(Default)]
 pub(super) struct NodeStore {
     nodes: HashMap<NodeKey, KnownNode>,
-    /// What is known of points at the nodes around an eye; those of the last view.
+    /// Known appearances of points at the nodes around an eye; those of the last view.
     around_eyes: HashMap<Vec<NodeKey>, (u64, Arc<AroundEye>)>,
-    /// Some have been forgotten because of what has moved: from then on they are built with room to move.
+    /// True if nodes have been forgotten because something has moved: from then on they are built with room to move.
     have_room: bool,
     /// The objects at which their paths end, because these show environment maps.
     mapped: Vec<u32>,
@@ -39,12 +39,12 @@ struct KnownNode {
     bytes: u64,
     /// The last view that needed it.
     view: u64,
-    /// What it knows of points, where they are now.
+    /// Appearances of points at the node, at its present place.
     answers: Arc<PointCache<NodeAnswer>>,
 }
 
 impl KnownNode {
-    /// How it has moved with its reflector since it was built; `None` if it does not hold any more.
+    /// The node's motion with its reflector since it was built; `None` if the node is no longer valid.
     fn motion(&self, key: NodeKey, now: &Arc<Moment>, scene: &Aabb) -> Option<DAffine3> {
         self.built.motion_of_node(now, key, (self.cameras.eye(), &self.bounds), scene)
     }
@@ -53,30 +53,30 @@ impl KnownNode {
 /// A node of a view.
 pub(super) struct FoundNode {
     pub(super) cameras: Arc<PanoramicCameras>,
-    /// How it has moved with its reflector since these were built.
+    /// The node's motion with its reflector since the cameras were built.
     pub(super) motion: DAffine3,
-    /// What it knows of points.
+    /// Appearances of points at the node.
     pub(super) answers: Arc<PointCache<NodeAnswer>>,
 }
 
-/// How the nodes of a view were come by.
+/// Counts of the nodes of a view by their origin.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct NodeCounts {
-    /// Those that had to be built.
+    /// Nodes that had to be built.
     pub(super) built: u64,
-    /// Those that were read from a baked file.
+    /// Nodes that were read from a baked file.
     pub(super) read: u64,
-    /// Those of the built ones that a baked file should have, but not in such bytes.
+    /// Built nodes that a baked file should have, but whose bytes are wrong.
     pub(super) unreadable: u64,
 }
 
-/// Where a node comes from.
+/// The origin of a node.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Origin {
     Bake,
-    /// It was built, as there is no bake, or that is of other places.
+    /// Built, as there is no bake, or one of other places.
     Built,
-    /// It was built, as the bake's bytes are wrong.
+    /// Built, as the bake's bytes are wrong.
     Unreadable,
 }
 
@@ -86,8 +86,8 @@ impl NodeStore {
         Self { baked: Some(baked), ..Self::default() }
     }
 
-    /// The nodes that a view needs, in their order: known ones, then those of the baked file, and what neither has is
-    /// built. Of the other nodes those that were needed last are kept, as many as fit into so many bytes.
+    /// The nodes that a view needs, in their order: known ones, then those of the baked file, and the rest is built.
+    /// Other nodes are kept as far as they fit into so many bytes, those that were needed last first.
     ///
     /// # Errors
     /// As [`PanoramicCameras::new`].
@@ -150,21 +150,21 @@ impl NodeStore {
                 found.push(FoundNode { cameras: node.cameras.clone(), motion, answers: node.answers.clone() });
             }
         }
-        // Of points nodes know for this view and the next: those that neither needs have just gone out of use.
+        // Nodes keep points for this view and the next: points that neither needs have just gone out of use.
         let unused = self.nodes.values_mut().filter(|node| node.view + 2 == self.views);
         unused.for_each(|node| node.answers = Default::default());
         self.forget(bytes);
         Ok((found, counts))
     }
 
-    /// What is known of points at the nodes around the eye of the last view.
+    /// Known appearances of points at the nodes around the eye of the last view.
     pub(super) fn around_eye(&mut self, nodes: Vec<NodeKey>) -> Arc<AroundEye> {
         let known = self.around_eyes.entry(nodes).or_default();
         known.0 = self.views;
         known.1.clone()
     }
 
-    /// Forgets what is known of points: mirrors have moved.
+    /// Drops the appearances of points: mirrors have moved.
     pub(super) fn forget_points(&mut self) {
         self.around_eyes.clear();
         self.nodes.values_mut().for_each(|node| node.answers = Default::default());

@@ -1,5 +1,5 @@
-//! Where mirrors are, and where they were when the grids about them were laid out: nodes move with their reflectors
-//! (Popescu, Sacks, Mei 2006, section VI).
+//! The places of mirrors now, and when the grids about them were laid out: nodes move with their reflectors (Popescu,
+//! Sacks, Mei 2006, section VI).
 
 use super::node_key::NodeKey;
 use crate::draw::virtual_scene::MirrorState;
@@ -12,8 +12,8 @@ use std::sync::Arc;
 /// Mirrors that have moved relative to each other by no more than this share of their size have not.
 const TOGETHER: f32 = 2e-5;
 
-/// Where mirrors move, or other things beyond the scene's box, cameras are made accurate in a box about the reflector
-/// that is this many times as large as the scene needs: so far these may go until they are made again. Chosen, not
+/// The size of the box about a reflector in which cameras are accurate, in sizes that the scene needs, where mirrors
+/// move, or other things beyond the scene's box: these may go so far until cameras are made again. Chosen, not
 /// measured.
 const ROOM_TO_MOVE: f32 = 1.25;
 
@@ -25,10 +25,10 @@ pub(super) struct MirrorPlaces {
     now: Arc<Moment>,
 }
 
-/// Where everything is.
+/// The places of all objects at one moment.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Moment {
-    /// How every mirror and lens has moved since the grids were laid out.
+    /// The motion of every mirror and lens since the grids were laid out.
     motions: Vec<DAffine3>,
     /// The boxes of all objects.
     boxes: Vec<Aabb>,
@@ -42,13 +42,13 @@ fn moment(scene: &Scene, motions: Vec<DAffine3>) -> Arc<Moment> {
 }
 
 impl MirrorPlaces {
-    /// Where grids are laid out now.
+    /// Lays out the grids at the present places.
     pub(super) fn new(scene: &Scene) -> Self {
         let now = moment(scene, vec![DAffine3::IDENTITY; scene.objects.len()]);
         Self { laid_out: Arc::new((MirrorState::of(scene), now.boxes.clone())), now }
     }
 
-    /// The same mirrors at another moment; `None` if they are not the same any more.
+    /// The mirrors' places at another moment; `None` if mirrors have changed otherwise than by motions.
     pub(super) fn at(&self, scene: &Scene, state: &MirrorState) -> Option<Self> {
         let motions = self.laid_out.0.motions_to(state)?;
         Some(Self { laid_out: self.laid_out.clone(), now: moment(scene, motions) })
@@ -85,8 +85,8 @@ impl Moment {
         Aabb { min: center - reach, max: center + reach }
     }
 
-    /// How a node that was built at this moment (about `eye`, with cameras accurate in a box) has moved with its
-    /// reflector until `now`, when the scene has another box; `None` if it does not hold any more.
+    /// The motion with its reflector, until `now`, of a node that was built at this moment (about `eye`, with cameras
+    /// accurate in a box); the scene has another box now. `None` if the node is no longer valid.
     ///
     /// Other mirrors and lenses may have moved otherwise where paths have one bounce and none of them was or is between
     /// the node and the reflector.
@@ -157,17 +157,17 @@ pub(super) fn moved(motion: &DAffine3, point: Vec3) -> Vec3 {
     if *motion == DAffine3::IDENTITY { point } else { motion.transform_point3(point.as_dvec3()).as_vec3() }
 }
 
-/// What a node sees, moved with it.
+/// The transform that carries a node's appearances along with it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Carried {
-    /// From where the node was built.
+    /// The motion since the node was built.
     motion: DAffine3,
     back: DAffine3,
     rotation: Mat3,
 }
 
 impl Carried {
-    /// Moved; `None` for what has stayed where it was.
+    /// The transform of a motion; `None` if nothing has moved.
     pub(super) fn new(motion: &DAffine3) -> Option<Self> {
         let (rotation, back) = (motion.matrix3.as_mat3(), motion.inverse());
         (*motion != DAffine3::IDENTITY).then_some(Self { motion: *motion, back, rotation })

@@ -1,4 +1,4 @@
-//! Which points of objects appear as polynomials while the eye stays among its nodes.
+//! Points of objects whose appearances are polynomials while the eye stays among its nodes.
 
 use super::blend::{MorphProjector, Outlook, weights_of};
 use super::sightings::{SightingField, half_way, known, known_once};

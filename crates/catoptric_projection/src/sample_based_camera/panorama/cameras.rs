@@ -34,7 +34,7 @@ pub struct PanoramicMirrors<'a> {
 }
 
 impl<'a> PanoramicMirrors<'a> {
-    /// Those of a scene.
+    /// Prepares the mirrors of a scene.
     pub fn new(scene: &'a Scene) -> Self {
         let tracer = Arc::new(Tracer::build(scene, |object| scene.role_of(object).is_specular()));
         let topologies = MeshTopologies::of(scene);
@@ -42,7 +42,7 @@ impl<'a> PanoramicMirrors<'a> {
         Self { scene, tracer, topologies, surfaces }
     }
 
-    /// The same of what is ready already.
+    /// The mirrors of a scene, from a tracer and topologies that are ready already.
     pub(in super::super) fn of(scene: &'a Scene, tracer: Arc<Tracer>, topologies: &MeshTopologies) -> Self {
         let surfaces = SpecularSurfaces::with_topologies(scene, topologies);
         Self { scene, tracer, topologies: topologies.clone(), surfaces }
@@ -67,20 +67,19 @@ pub struct PanoramaSettings {
     pub size_px: u32,
     /// A ray every so many pixels, 1 to 64; no more than 2,048 rays a side.
     pub downsampling: u32,
-    /// The most bounces of a path, up to [`MAX_BOUNCES`]; with 0 there is no path at all.
+    /// The maximum number of bounces of a path, up to [`MAX_BOUNCES`]; with 0 there is no path at all.
     pub order: u32,
     /// Kind of the leaves.
     pub camera: CameraKind,
     /// Leaves see the points of their rays at most this far from where they belong, in pixels, from 0.01 to the spacing
     /// of the rays.
     pub accuracy_px: f32,
-    /// The same for paths of one reflection, whose appearances a solver makes exact soon.
+    /// The accuracy for paths of one reflection, whose appearances a solver makes exact soon.
     pub mirror_accuracy_px: f32,
     /// Pinholes: rays are split by a plane unless its sides together have more than this many times the rays, 1 to 2; 2
     /// is the paper's rule.
     pub max_shared: f32,
-    /// Where no camera is accurate, rays between these are traced, no nearer to each other than this in pixels, from
-    /// 0.03.
+    /// The least spacing, in pixels, of rays that are traced between these where no camera is accurate; from 0.03.
     pub finest_ray_px: f32,
     /// Steps of the solver that makes appearances exact, 0 to 100; 0 leaves them as the cameras have them.
     pub polish: u32,
@@ -168,13 +167,13 @@ pub(super) struct PanoramaFace {
     pub(super) grid: RayGrid,
     /// The cameras of each group of the grid.
     pub(super) cameras: Vec<Cameras>,
-    /// For each path of all faces, its group here.
+    /// The group of each path of all faces in this face.
     pub(super) group_of_path: Vec<Option<u32>>,
-    /// For each group whose path has one bounce, the indices of refraction before and behind it.
+    /// The indices of refraction before and behind the bounce, for groups whose path has only one.
     pub(super) media: Vec<Option<[f32; 2]>>,
 }
 
-/// For each group whose path has one bounce, the indices of refraction before and behind it.
+/// The indices of refraction before and behind the bounce, for groups whose path has only one.
 fn media(grid: &RayGrid, eye: Vec3) -> Vec<Option<[f32; 2]>> {
     let media = grid.groups.iter().map(|group| {
         let ray = group.rays.first().filter(|_| group.path.bounces.len() == 1)?;
@@ -184,7 +183,7 @@ fn media(grid: &RayGrid, eye: Vec3) -> Vec<Option<[f32; 2]>> {
     media.collect()
 }
 
-/// For each path, which of a face's groups is its.
+/// The number of each path's group in a face.
 pub(super) fn group_of_path(paths: &[SpecularPath], grid: &RayGrid) -> Vec<Option<u32>> {
     let group_of = |path: &SpecularPath| grid.groups.iter().position(|group| group.path == *path);
     paths.iter().map(|path| group_of(path).map(|group| group as u32)).collect()
@@ -193,8 +192,8 @@ pub(super) fn group_of_path(paths: &[SpecularPath], grid: &RayGrid) -> Vec<Optio
 /// Appearances of scene points in mirrors, in any direction from one point: sample-based cameras over the six faces of
 /// a cube about it (Popescu, Sacks, Mei 2006, section VI: a panoramic camera, built from a cube ray map).
 ///
-/// They hold no reference to the scene, whose mirrors must not change as long as they are used; what moves among the
-/// mirrors may, within the scene's box as it was when they were built.
+/// They hold no reference to the scene, whose mirrors must not change as long as they are used; objects among the
+/// mirrors may move within the scene's box as it was when they were built.
 ///
 /// ```
 /// use catoptric::methods::projection::sample_based_camera::{PanoramaSettings, PanoramicCameras, PanoramicMirrors};
@@ -224,7 +223,7 @@ pub struct PanoramicCameras {
     pub(super) object_count: usize,
     pub(super) settings: PanoramaSettings,
     pub(super) paths: Vec<SpecularPath>,
-    /// Those in which there is a path.
+    /// The faces in which there is a path.
     pub(super) faces: Vec<PanoramaFace>,
 }
 
@@ -297,7 +296,7 @@ impl PanoramicCameras {
         self.eye
     }
 
-    /// All paths that occur in any direction, sorted; a path's parents are among them.
+    /// The paths that occur in any direction, sorted; a path's parents are among them.
     pub fn paths(&self) -> &[SpecularPath] {
         &self.paths
     }
@@ -312,7 +311,7 @@ impl PanoramicCameras {
         report
     }
 
-    /// The same without what only polish and the drawing of leaves need: most of what rays take.
+    /// These cameras without the data that only polish and the drawing of leaves need: most of the rays' memory.
     pub(in super::super) fn compact(mut self) -> Self {
         for face in &mut self.faces {
             face.grid.groups.iter_mut().for_each(DensePathRays::forget_rays);

@@ -52,7 +52,8 @@ pub fn shows(face: usize, margin: f32, eye: Vec3, bounds: &Aabb) -> bool {
     let (low, high) = (bounds.min - eye - wider, bounds.max - eye + wider);
     let axis = face / 2;
     let farthest = if face & 1 == 0 { high[axis] } else { -low[axis] };
-    // What is seen widens with the distance: where the box ends it is all that is seen nearer, projected.
+    // The pyramid of the face widens with the distance: at the far end of the box it covers everything nearer,
+    // projected.
     let half = (1.0 + margin) * farthest;
     farthest > 0.0 && (0..3).filter(|&other| other != axis).all(|other| low[other] <= half && high[other] >= -half)
 }

@@ -14,8 +14,8 @@ use catoptric_engine::optics::path::manifold::SpecularSurfaces;
 use glam::{Mat3, Vec2, Vec3};
 use std::cell::RefCell;
 
-/// Two faces may disagree by so many cells about where a point appears. That is less than the margin around them: what
-/// is so near to a seam is looked for on both sides. Chosen, not measured.
+/// Two faces may disagree by this many cells about where a point appears. That is less than the margin around them:
+/// points so near to a seam are searched on both sides. Chosen, not measured.
 const SEAM_CELLS: f32 = 1.0;
 
 /// Answers of two faces are one only if they are nearer than this, in cells. Chosen, not measured.
@@ -81,7 +81,7 @@ struct FaceProjector<'a> {
     eye: Vec3,
     /// Half faces a pixel, and radians a pixel in the middle.
     pixel: f32,
-    /// How near to its border answers are compared with other faces', in half faces.
+    /// The width, in half faces, of the border in which answers are compared with those of other faces.
     seam: f32,
 }
 

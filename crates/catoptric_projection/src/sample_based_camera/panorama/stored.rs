@@ -1,4 +1,4 @@
-//! Panoramic cameras as bytes, for baked files: what answers need, and no more.
+//! Panoramic cameras as bytes, for baked files: only the data that answers need.
 
 use super::cameras::{PanoramaFace, PanoramaSettings, PanoramicCameras, group_of_path};
 use crate::sample_based_camera::cameras::Cameras;
@@ -11,7 +11,7 @@ use catoptric_engine::optics::path::bundle::{Bounce, BounceKind};
 use glam::Vec3;
 
 impl PanoramicCameras {
-    /// Their bytes, without what [`Self::compact`] leaves out, and without the settings.
+    /// The cameras as bytes, without the data that [`Self::compact`] leaves out, and without the settings.
     pub(in super::super) fn to_bytes(&self) -> Vec<u8> {
         let mut words = WordWriter::default();
         words.floats(&self.eye.to_array());

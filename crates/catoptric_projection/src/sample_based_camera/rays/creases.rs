@@ -76,7 +76,7 @@ impl Borders<'_> {
     /// Traces rays between two of different pieces until the border is found.
     fn close_in(&mut self, mut from: CreaseRay, mut to: CreaseRay, mut apart_px: f32) {
         while from.1 != to.1 && apart_px > BORDER_PX {
-            // There may be something else between the two.
+            // A third region may lie between the two.
             let Some(middle) = self.between([&from, &to], &[from, to]) else { return };
             *(if middle.1 == to.1 { &mut to } else { &mut from }) = middle;
             apart_px *= 0.5;

@@ -116,7 +116,7 @@ impl<'a> Follower<'a> {
         }
         while let Some(way) = steps.waiting.pop() {
             steps.traced += 1;
-            // Where it meets something is asked for the ray as it is given, in single precision.
+            // The first hit is searched for the ray as it is given, in single precision.
             let (origin, direction) = (way.ray.origin.as_dvec3(), way.ray.direction.as_dvec3().normalize_or_zero());
             let meeting = self.traced(&way.ray, 0.0);
             let arrival = meeting.and_then(|meeting| self.specular.surfaces.arrival(origin, direction, &meeting));
@@ -159,7 +159,7 @@ impl<'a> Follower<'a> {
                 }
             };
             let Some(direction) = direction else { continue };
-            // With shading normals light may seem to come from behind the flat triangle.
+            // By shading normals, light may seem to come from behind the flat triangle.
             let geometric = arrival.geometric_normal;
             if (direction.dot(geometric) > 0.0) != (outside == (kind == BounceKind::Reflect)) {
                 continue;

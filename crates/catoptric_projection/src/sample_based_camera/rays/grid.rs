@@ -88,7 +88,7 @@ fn spans(specular: &Specular<'_>, field: &dyn RayField, spacing_px: f32, [column
         let bounds = &specular.scene.objects[object as usize].bounds;
         let seen = extent(bounds, field).map(|[low, high]| {
             let cell = |px: f64| (px / f64::from(spacing_px) - 0.5).clamp(-1.0, 1e9);
-            // One cell more on every side, for rounding.
+            // One more cell on every side allows for rounding.
             let [first, last] = [low, high].map(|corner| corner.map(cell));
             [first.map(|cell| (cell - 1.0).max(0.0) as u32), last.map(|cell| (cell + 2.0).max(0.0) as u32)]
         });

@@ -10,11 +10,11 @@ pub(in super::super) struct GridRay {
     /// The first bounce point, and the unit normal there, on the side of the eye.
     pub(in super::super) first: DVec3,
     pub(in super::super) normal: DVec3,
-    /// Its tail, the last bounce point, and unit direction.
+    /// The tail, which is the last bounce point, and the unit direction.
     pub(in super::super) tail: DVec3,
     pub(in super::super) direction: DVec3,
     /// Optical length from the eye (its plane) to the tail.
     pub(in super::super) length: f64,
-    /// Index of refraction of what it runs through.
+    /// Index of refraction of the medium that it runs through.
     pub(in super::super) medium: f64,
 }

@@ -8,23 +8,23 @@ use catoptric_engine::raster::BlockMask;
 use glam::Vec2;
 use std::ops::Range;
 
-/// Beyond the outermost rays of a path, places belong to it no further than this, in cells. Chosen, not measured.
+/// The greatest distance of a path's places beyond its outermost rays, in cells. Chosen, not measured.
 const FARTHEST_NEIGHBOUR: f32 = 0.75;
 
 /// A cell that has more than one piece in it or beside it, or none.
 const MIXED: u32 = u32::MAX;
 
-/// The most cells of a map, across or down: far more than one has.
+/// The maximum number of cells of a map, across or down: far more than one has.
 const MOST_CELLS: u32 = 1 << 12;
 
 /// The regular ray of a cell that has none.
 pub(in super::super) const NO_RAY: u32 = u32::MAX;
 
-/// All rays of one path.
+/// The rays of one path.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct DensePathRays {
     pub(in super::super) path: SpecularPath,
-    /// In the order of the cells nearest to them, row by row; a cell's regular ray is its first.
+    /// The rays in the order of the cells nearest to them, row by row; a cell's regular ray is its first.
     pub(in super::super) rays: Vec<GridRay>,
     /// Place of each in the map, in cells: searched most.
     places: Vec<[f32; 2]>,
@@ -138,7 +138,7 @@ impl DensePathRays {
             return None;
         }
         let cells = size[0] as usize * size[1] as usize;
-        // One in each cell, and others whose places are written.
+        // Each cell has at most one regular ray, and the places of others are written.
         if count > cells + words.left() {
             return None;
         }
@@ -170,20 +170,20 @@ impl DensePathRays {
         Some(group)
     }
 
-    /// How many columns and rows of cells there are, and the numbers of their regular rays, row by row; [`NO_RAY`]
-    /// where there is none.
+    /// The numbers of columns and rows of cells, and the numbers of their regular rays, row by row; [`NO_RAY`] where
+    /// there is none.
     pub(in super::super) fn regular_rays(&self) -> ([usize; 2], &[u32]) {
         (self.size.map(|size| size as usize), &self.regular)
     }
 
-    /// Adds rays of known pieces near to others. What becomes of the numbers of rays: the old ones by the new ones,
-    /// those that are added after the others.
+    /// Adds rays of known pieces near to others. Returns the renumbering of rays: the old numbers in the order of the
+    /// new ones, those of added rays after the others.
     pub(in super::super) fn add(&mut self, added: Vec<(GridRay, u32)>) -> Vec<u32> {
         let before = self.rays.len();
         if added.is_empty() {
             return (0..before as u32).collect();
         }
-        // What lies beyond the outermost cells belongs to these.
+        // Rays beyond the outermost cells belong to these.
         let bin = |ray: &GridRay| {
             let inside = |axis: usize| {
                 let (low, size) = (i64::from(self.low[axis]), i64::from(self.size[axis]));

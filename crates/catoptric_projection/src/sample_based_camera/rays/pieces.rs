@@ -6,9 +6,9 @@ use super::path_rays::{DensePathRays, NO_RAY};
 use super::rows::NO_CELL;
 use catoptric_core::parallel;
 
-/// Neighbouring rays are of different pieces when they differ by more than this many times what the rays beside them
-/// do. (At silhouettes of round bodies the last two may differ two and a half times as much as those before them.) 4
-/// leaves room above that; not measured.
+/// Neighbouring rays are of different pieces when they differ by more than this many times the difference of the rays
+/// beside them. (At silhouettes of round bodies the last two may differ two and a half times as much as those before
+/// them.) 4 leaves room above that; not measured.
 const JUMP: f64 = 4.0;
 
 /// Differences below this share of how far rays go are none. Chosen, not measured.
@@ -36,7 +36,7 @@ pub(in super::super) fn of(group: &DensePathRays, between: &[[u32; 2]], columns:
         if from[0] == NO_CELL {
             continue;
         }
-        // To the more similar of the two rays that it was found between, or else to what was found near it.
+        // A ray is joined to the more similar of the two rays that it was found between, or else to one found near it.
         let ends = from.map(|cell| group.regular(i64::from(cell % columns), i64::from(cell / columns)));
         let nearest = ends.into_iter().flatten().min_by(|a, b| compare(index, *a).total_cmp(&compare(index, *b)));
         match nearest {
@@ -70,12 +70,12 @@ pub(in super::super) fn of(group: &DensePathRays, between: &[[u32; 2]], columns:
 /// Joins regular rays with those beside and below them.
 fn join_regular(group: &DensePathRays, reach: f64, union: &mut Union) {
     let ([columns, rows], regular) = group.regular_rays();
-    // Not a number where there is no ray.
+    // Cells without a ray give not a number.
     let compare = |a: usize, b: usize| match (regular[a], regular[b]) {
         (NO_RAY, _) | (_, NO_RAY) => f64::NAN,
         (a, b) => difference(&group.rays[a as usize], &group.rays[b as usize], reach),
     };
-    // Whether a difference is no jump between the one before and the one after.
+    // True if a difference is no jump, compared with those before and after it.
     let joined = |before: f64, own: f64, after: f64| {
         let usual = before.max(after); // the other one where either is not a number
         usual.is_nan() && !own.is_nan() || own <= JUMP * usual || own <= NO_JUMP * reach
@@ -103,7 +103,7 @@ fn join_regular(group: &DensePathRays, reach: f64, union: &mut Union) {
     for (row, (_, beside)) in differences.iter().enumerate() {
         for (column, _) in beside.iter().enumerate().filter(|(_, joined)| **joined) {
             let cell = row * columns + column;
-            // Only this row is joined so far: the ray before leads directly to the first of its run.
+            // The ray before leads directly to the first of its run, because only this row is joined so far.
             union.0[regular[cell + 1] as usize] = union.0[regular[cell] as usize];
         }
     }

@@ -1,8 +1,8 @@
-//! First hits of the rays of a regular map: reflectors drawn on the map, row by row, instead of a walk through the
-//! hierarchy a ray.
+//! Primary visibility of a regular map: reflectors are drawn on the map, row by row, instead of a walk through the
+//! hierarchy for each ray.
 //!
 //! Each triangle has a range of columns per row in which it may appear, with a little room; there every ray is tested
-//! against the triangle itself, by the test of the ray tracer, and keeps what is nearest. So the answer is the
+//! against the triangle itself, by the test of the ray tracer, and keeps the nearest hit. The answer is therefore the
 //! tracer's.
 
 use super::extent::extent;
@@ -19,16 +19,17 @@ use std::ops::Range;
 /// measured.
 const ROOM: f64 = 0.03;
 
-/// Where rounding is more than so many cells, nothing is drawn. Chosen, not measured.
+/// The rounding, in cells, above which nothing is drawn. Chosen, not measured.
 const MAX_ROOM: f64 = 0.5;
 
-/// No more tests a ray than this, on the average of the map: a walk through the hierarchy costs about as much.
+/// The maximum number of tests for a ray, on the average of the map: a walk through the hierarchy costs about as much.
 const MAX_TESTS: f64 = 8.0;
 
 /// Tests that a surface's formula is worth. Chosen, not measured.
 const SURFACE_TESTS: f64 = 2.0;
 
-/// More triangles than this many times the rays are not drawn: most would fall between the rays. Chosen, not measured.
+/// The maximum number of triangles that are drawn, in numbers of rays: of more, most would fall between the rays.
+/// Chosen, not measured.
 const MAX_TRIANGLES: usize = 4;
 
 /// Halvings of an edge that leads behind the eye, to find where it gets there. The bits of a single-precision mantissa.
@@ -37,20 +38,20 @@ const HALVINGS: usize = 24;
 /// Triangles that are drawn at once. A size for threads; chosen, not measured.
 const CHUNK: usize = 1024;
 
-/// Rays, and what each meets first, of one row of the map.
+/// The rays of one row of the map, with the first hit of each.
 #[derive(Default)]
 pub struct VisibilityRow {
     /// Columns of the rays. The others meet nothing.
     pub(in super::super) columns: Range<u32>,
     pub(in super::super) rays: Vec<Ray>,
     near: Vec<f32>,
-    /// For each of them the distance of what is nearest, and what it is.
+    /// The distance of the nearest hit of each ray, and the hit.
     nearest: Vec<(f32, Option<PrimitiveHit>)>,
     spans: Vec<(u32, Range<u32>)>,
 }
 
 impl VisibilityRow {
-    /// The rays that meet something: their columns, and what they meet.
+    /// The rays that meet something: their columns, and their hits.
     pub fn seen(&self) -> impl Iterator<Item = (u32, &Ray, &PrimitiveHit)> {
         let met = self.rays.iter().zip(&self.nearest).zip(self.columns.clone());
         met.filter_map(|((ray, (_, meeting)), column)| Some((column, ray, meeting.as_ref()?)))
@@ -95,7 +96,7 @@ struct VisibleTriangle {
 }
 
 impl VisibleTriangle {
-    /// From where to where it reaches between two heights.
+    /// The range of its coordinates across between two heights.
     #[inline]
     fn between(&self, low: f64, high: f64) -> [f64; 2] {
         let mut found = [f64::INFINITY, f64::NEG_INFINITY];
@@ -124,7 +125,7 @@ struct ShownSurface<'a> {
     rows: Range<u32>,
 }
 
-/// All reflectors and lenses, drawn on a map.
+/// The reflectors and lenses of a scene, drawn on a map.
 pub struct PrimaryVisibility<'a> {
     scene: &'a Scene,
     map: Map<'a>,
@@ -155,7 +156,7 @@ struct Map<'a> {
 }
 
 impl Map<'_> {
-    /// Where a point appears, in cells; none behind the eye.
+    /// The place where a point appears, in cells; `None` behind the eye.
     #[inline]
     fn place(&self, point: DVec3) -> Option<[f64; 2]> {
         let place = self.field.place_of(point)?.map(|px| self.cells(px));
@@ -170,7 +171,7 @@ impl Map<'_> {
     /// The triangles of some objects that may be seen.
     fn triangles(&self, scene: &Scene, meshes: &[u32]) -> Vec<VisibleTriangle> {
         let of = |mesh: usize| &scene.objects[meshes[mesh] as usize];
-        // Where the vertices of each mesh appear.
+        // The places where the vertices of each mesh appear.
         let places = parallel::map_collect(meshes.len(), |mesh| {
             let vertices = of(mesh).vertices.clone();
             let position = |index: usize| scene.positions[vertices.start as usize + index].as_dvec3();
@@ -209,7 +210,7 @@ impl Map<'_> {
         let shown = |&object: &u32| {
             let extent = extent(&scene.objects[object as usize].bounds, self.field);
             let [columns, rows] = [0, 1].map(|axis: usize| match &extent {
-                // One cell more on every side, for rounding.
+                // One more cell on every side allows for rounding.
                 Some(ends) => whole([0, 1].map(|end: usize| self.cells(ends[end][axis])), 1.0, self.size[axis]),
                 None => 0..self.size[axis],
             });
@@ -262,7 +263,7 @@ impl<'a> PrimaryVisibility<'a> {
         Some(Self { scene, map, triangles, of_rows, starts, surfaces })
     }
 
-    /// Lets the rays of a row meet what they meet first.
+    /// Finds the first hits of the rays of a row.
     pub fn row(&self, number: u32, row: &mut VisibilityRow) {
         let (scene, Map { field, spacing_px, size, room }) = (self.scene, self.map);
         let (low, high) = (f64::from(number) - room, f64::from(number) + room);
@@ -311,8 +312,8 @@ pub fn polygon(
     if let [Some(a), Some(b), Some(c)] = places {
         return Some([a, b, c, c]);
     }
-    // Edges that lead behind the eye end where they are still before it, but so far away in the picture that what is
-    // beyond is outside.
+    // Edges that lead behind the eye end where they are still before it, but so far away in the picture that the rest
+    // is outside.
     let end = |from: usize, to: usize| {
         let (mut seen, mut unseen) = (corners[from].as_dvec3(), corners[to].as_dvec3());
         let mut last = places[from];

@@ -10,7 +10,7 @@ use catoptric_core::scene::hit::PrimitiveHit;
 use catoptric_engine::method::projector::SpecularPath;
 use std::ops::Range;
 
-/// Where paths end between neighbouring rays is found this near, in pixels. Chosen, not measured.
+/// The accuracy with which the end of paths between neighbouring rays is found, in pixels. Chosen, not measured.
 pub(in super::super) const BORDER_PX: f32 = 0.06;
 
 /// Scratch space that workers keep from row to row.
@@ -119,7 +119,7 @@ impl<'a> RaySampler<'a> {
         }
     }
 
-    /// The regular rays of a row, and what paths each takes.
+    /// The regular rays of a row, with the paths that each takes.
     pub(super) fn row(
         &self,
         number: u32,

@@ -65,8 +65,8 @@ struct Tally {
     infinite: usize,
 }
 
-/// One-bounce paths at the scene's only reflector, from `eyes` random eyes to `points` random points each, against
-/// the visible ones of all roots.
+/// Compares the one-bounce paths at the scene's only reflector, from `eyes` random eyes to `points` random points each,
+/// with the visible ones of all roots.
 fn compare(
     scene: &Scene,
     [eyes, points]: [usize; 2],
@@ -180,8 +180,8 @@ fn visible_roots_are_found_and_none_invented() {
     count_all([5, 8], 0);
 }
 
-/// The points of a turned torus lie on it, and the law holds there, by formulas in the place that it is given: what is
-/// between keeps double precision.
+/// The points of a turned torus lie on it, and the law holds there, by formulas in its own coordinates: all steps
+/// between keep double precision.
 #[test]
 fn turned_surfaces_are_as_exact_as_others() {
     let [x, y, z] = [33.3, -71.7, 12.9].map(f64::to_radians);
@@ -310,7 +310,8 @@ fn light_between_two_balls_arrives() {
 fn infinitely_many_paths_are_reported_and_left_out() {
     let scene = spheres(&[(CENTER, RADIUS)], mirror());
     let center = CENTER.as_dvec3();
-    // On a line through the centre, on both sides of it: a circle of paths at the cosine R (b - a) / (2 a b).
+    // Eye and point lie on a line through the centre, on both sides of it: a circle of paths at the cosine R (b - a) /
+    // (2 a b).
     for axis in [DVec3::X, DVec3::Z, DVec3::new(1.0, 2.0, -0.5).normalize()] {
         let eye = center + axis * (0.4 * RADIUS);
         let point = center - axis * (0.5 * RADIUS);

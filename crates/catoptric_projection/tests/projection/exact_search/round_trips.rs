@@ -11,7 +11,7 @@ use catoptric::scene::{Material, Ray, Scene};
 use catoptric::surface::{AnalyticSurface, Ellipsoid, Implicit, Revolution, Torus};
 use glam::{DVec3, Quat, Vec3};
 
-/// Where eyes are drawn from.
+/// The region from which eyes are drawn.
 #[derive(Clone, Copy)]
 enum Eyes {
     /// Up to three sizes of the reflector's box from its middle, in all directions.
@@ -153,7 +153,7 @@ fn round_trips(
     trips
 }
 
-/// At most two in a thousand appearances are missed on each surface.
+/// Checks that at most two in a thousand appearances are missed on each surface.
 fn check(counts: [usize; 2]) {
     for (name, scene, eyes) in reflectors() {
         let started = std::time::Instant::now();

@@ -1,4 +1,4 @@
-//! Nodes of baked files draw what nodes that are built do.
+//! Nodes of baked files draw the same pictures as nodes that are built.
 
 use catoptric::methods::Quality;
 use catoptric::scene::{Scene, View};

@@ -79,7 +79,7 @@ fn pinholes_that_are_split_to_the_end_are_more_and_end_where_rays_cross_everywhe
     for scene in [&ball, &teapot] {
         let (kept, listed) = (rays(scene, "", "ray_map_rays"), rays(scene, "", "rays_in_lists"));
         assert!(listed > rays(scene, "max_shared = 1.5", "rays_in_lists"), "{listed} of {kept}");
-        // No level of splits may hold more rays than all splits may share out.
+        // A level of splits may not hold more rays than all splits may share out.
         assert!(listed <= 48 * kept, "{listed} of {kept}");
     }
 }
@@ -97,7 +97,7 @@ fn finer_rays_are_traced_where_those_of_the_map_are_too_few() {
     }
 }
 
-/// Where a mirror ends in another one it moves as the root of the way there.
+/// Reflections beside the end of a mirror in another one move as the root of the distance.
 #[test]
 fn second_and_third_reflections_are_found_up_to_their_silhouettes() {
     for (spec, missing) in [("two_spheres?surface=analytic&tess=16", 0.0), ("two_spheres?tess=48", 3e-3)] {
@@ -138,7 +138,7 @@ fn named_and_small_reflectors_show_environment_maps_and_are_counted() {
     assert!(fewer_paths < all_paths && plain != some_mapped, "{fewer_paths} of {all_paths} paths");
     let (both, no_paths, mapped) = hybrid("environment_below_px = 100000\nenvironment_size = 64");
     assert_eq!((both, no_paths), (Some(2), 0));
-    // Alone they are what the method of environment maps draws.
+    // Environment maps alone give the picture of that method.
     let target = picture("environment_map", "size = 64", &scene, &view, quality);
     let differs = |(a, b): &(&[f32; 4], &[f32; 4])| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1e-3);
     let different = mapped.iter().zip(&target.pixels).filter(differs).count();

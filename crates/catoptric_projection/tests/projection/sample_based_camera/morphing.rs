@@ -1,4 +1,4 @@
-//! Reflection morphing: appearances blended from nodes against the reference, and what happens as the eye moves.
+//! Reflection morphing: appearances blended from nodes against the reference, and its changes as the eye moves.
 
 use catoptric::methods::Quality;
 use catoptric::methods::projection::measure::round_trip::{RoundTrip, RoundTripOptions};
@@ -12,7 +12,7 @@ const ID: &str = "sample_based_camera";
 /// Coarse cameras at the nodes: they are where the solver starts.
 const MORPH: &str = "mode = 'morph'\nnode_size = 128\nwork = 1000";
 
-/// A small picture of what the scene's camera sees from elsewhere.
+/// A small picture by the scene's camera from elsewhere.
 fn view_from(scene: &Scene, eye: Vec3) -> View {
     let target = scene.objects[scene.specular_objects()[0] as usize].bounds.center();
     scene.view(&Camera::look_at("", eye, target, Vec3::Y, 50.0), 120, 90)
@@ -52,7 +52,7 @@ fn pictures_are_those_of_the_reference() {
     }
 }
 
-/// What shows environment maps does so as without nodes, and paths end there at the nodes, too.
+/// Objects with environment maps look the same as without nodes, and paths end there at the nodes, too.
 #[test]
 fn environment_maps_are_shown_beside_nodes() {
     let scene = scene("two_spheres?tess=16");
@@ -77,7 +77,7 @@ fn beyond_the_grid_and_within_a_reflectors_box_tiles_draw() {
     let scene = scene("sphere_room?tess=16");
     let quality = Quality { samples: 4, order: 1 };
     let ball = scene.objects[scene.specular_objects()[0] as usize].bounds;
-    // In the corner of the ball's box, outside the ball.
+    // This corner of the ball's box lies outside the ball.
     let corner = ball.center() + ball.size() * 0.48;
     for (eye, settings) in [(scene.default_view(8, 6).eye(), "grid_reach = 0.1"), (corner, "")] {
         let view = view_from(&scene, eye);
@@ -120,7 +120,7 @@ fn nothing_jumps_where_the_eye_passes_from_one_tetrahedron_to_the_next() {
                 compared += 1;
             }
         }
-        // At the horizon a point or two may come or go.
+        // A point or two may come or go at the horizon.
         assert!(compared > 100 && before.len() - compared <= 2, "{compared} of {}", before.len());
     }
 }

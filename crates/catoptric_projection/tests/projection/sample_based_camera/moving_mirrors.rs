@@ -76,7 +76,7 @@ fn nodes_go_with_a_mirror_that_moves() {
             .expect("nobody cancels");
         assert!(found.all.count > 300 && found.all.missing <= 0.01, "{name}: {found:?}");
         assert!(found.all.p99.is_some_and(|p99| p99 <= 0.5), "{name}: {found:?}");
-        // As right as cameras that are built at the eye.
+        // Moved nodes are as right as cameras that are built at the eye.
         let kept = wrong(&mut session, &last, &view, quality);
         let at_eye = wrong(&mut prepared(ID, "work = 1000", &last, quality), &last, &view, quality);
         assert!(
@@ -122,7 +122,7 @@ fn nodes_have_room_for_what_leaves_the_scenes_box() {
             let mut scene = still.clone();
             scene.bounds.max.y += 0.02 * frame as f32 * scene.bounds.size().y;
             session.update(&scene).expect("it is the same scene");
-            // Another view each time: what is of one is kept.
+            // Each view is another one: the data of one view is kept.
             built(&mut session, &still.default_view(120 + frame % 2, 90))
         })
         .collect();

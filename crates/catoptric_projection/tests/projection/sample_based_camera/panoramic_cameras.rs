@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3, Vec3};
 /// The ball of `sphere_room`.
 const BALL: Ball = Ball { center: DVec3::new(0.0, 1.3, 0.0), radius: 0.8 };
 
-/// From here it covers parts of three faces and the corner between them.
+/// An eye from which the ball covers parts of three faces and the corner between them.
 const BESIDE_BALL: Vec3 = Vec3::new(-0.75, 1.9, 0.75);
 
 /// Between the balls of `two_spheres`, so near that each covers most of a face and parts of others.
@@ -140,7 +140,7 @@ fn against_search(scene: &Scene, eye: Vec3, settings: &PanoramaSettings, points:
 fn points_appear_where_the_exact_search_finds_them() {
     // Quantiles of the angle in pixels of a face, and shares of missing and doubled appearances: the picture of one
     // ball in the other is a few pixels wide, and most points crowd at its silhouette. There the solver may not get to
-    // the end in its steps: what it started from is as near as the cameras are.
+    // the end in its steps: its start is as near as the cameras are.
     let cases = [
         ("sphere_room", BESIDE_BALL, 1, 0, [0.02, 0.05, 0.1], [0.0, 0.0]),
         ("sphere_room", BESIDE_BALL, 1, 8, [1e-4, 1e-4, 1e-4], [0.0, 0.0]),
@@ -223,7 +223,8 @@ fn across_the_cubes_edges_everything_appears_once() {
                 let middle = seam[0] + seam[1] + across * f64::from(random.next_between(-1.0, 1.0));
                 let share = f64::from(random.next_between(0.05, 0.98));
                 let mut before: Option<(DVec3, PanoramicProjection)> = None;
-                // In the first steps two neighbouring numbers of single precision, at last more than a cell.
+                // The first steps are between two neighbouring numbers of single precision, the last are longer than a
+                // cell.
                 for step in [-3e-2, -3e-3, -3e-4, -3e-5, -3e-6, -1e-7, 0.0, 1e-7, 3e-6, 3e-5, 3e-4, 3e-3, 3e-2] {
                     let direction = (middle + seam[0] * step).normalize();
                     let Some(hit) = BALL.hit(eye, direction) else { continue };
@@ -238,7 +239,7 @@ fn across_the_cubes_edges_everything_appears_once() {
                     let [one] = found[..] else { panic!("{settings:?}: {direction}: {found:?}") };
                     let angle = one.direction.as_dvec3().distance(direction);
                     assert!(angle <= pixels(&settings, most_px) + 3e-7, "{settings:?}: {angle} at {direction}");
-                    // From one face to the next nothing jumps: the step is the predicted one.
+                    // The appearance does not jump from one face to the next: the step is the predicted one.
                     if let Some((point_before, before)) = before.filter(|_| step.abs() <= 3e-4) {
                         let moved = one.direction - before.direction;
                         let expected = before.direction_change * (point - point_before).as_vec3();
@@ -254,14 +255,14 @@ fn across_the_cubes_edges_everything_appears_once() {
     }
 }
 
-/// Random points before a flat mirror. Directions are off by so many pixels at the most, their changes by such a share
-/// of what a point that near can change.
+/// Random points before a flat mirror. Directions are off by so many pixels at the most, their derivatives by such a
+/// share of the greatest change for a point that near.
 fn before_a_flat_mirror(polish: u32, most_px: f64, most_change: f64) {
     let scene = scene("planar_mirror?mirrors=1&surface=analytic&tess=8");
     let mirror = scene.objects[scene.specular_objects()[0] as usize].bounds;
     let (low, high) = (mirror.min.as_dvec3(), mirror.max.as_dvec3());
     let plane = (low.z + high.z) / 2.0;
-    // It hangs at the back wall, and from here it covers a face and reaches into four others.
+    // The mirror hangs at the back wall. From here it covers a face and reaches into four others.
     let eye = DVec3::new(0.25, 1.5, plane + 0.375).as_vec3().as_dvec3();
     let mirrors = PanoramicMirrors::new(&scene);
     let settings = PanoramaSettings { polish, ..settings(1) };
@@ -314,8 +315,8 @@ fn before_a_flat_mirror(polish: u32, most_px: f64, most_change: f64) {
 
 #[test]
 fn a_flat_mirror_shows_mirrored_points() {
-    // One leaf fills the face. Its polynomials are held to the accuracy; their changes are not, and are worst at its
-    // border.
+    // A single leaf fills the face. Its polynomials are held to the accuracy; their derivatives are not, and are worst
+    // at its border.
     before_a_flat_mirror(0, 0.1, 0.05);
     before_a_flat_mirror(8, 1e-4, 1e-5);
 }
@@ -427,12 +428,12 @@ fn odd_places_and_settings_are_survived_or_refused() {
             }
         }
     }
-    // One ray for a whole face is few, but no reason to fail.
+    // A single ray for a whole face is few, but no reason to fail.
     let coarsest = PanoramaSettings { size_px: 1, downsampling: 1, order: 1, ..small.clone() };
     let ray = cameras(&mirrors, BESIDE_BALL, &coarsest);
     assert_eq!(ray.paths().len(), 1);
     seen(&ray.projector(&mirrors).expect("as above"), DVec3::new(1.0, 2.0, -1.0));
-    // Nothing reflects, or nothing is to be reflected.
+    // Scenes without a reflector, and order 0, have no paths.
     let empty = SceneBuilder::new().build();
     let nothing = PanoramicMirrors::new(&empty);
     let none = PanoramaSettings { order: 0, ..small.clone() };

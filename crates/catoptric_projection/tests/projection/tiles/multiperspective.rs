@@ -140,7 +140,7 @@ fn thin_walls_of_facets_are_as_right_after_many_bounces() {
     let view = scene.default_view(240, 160);
     for order in 2..=4 {
         let found = error(ID, "", &scene, &view, Quality { samples: 16, order });
-        // With rays of pixels alone 7e-4 at order 4.
+        // With rays of pixels alone the share is 7e-4 at order 4.
         assert!(found.over_0_1 <= 6e-4, "order {order}: {found:?}");
     }
 }

@@ -43,7 +43,7 @@ fn a_corner_has_the_reflections_of_the_textbook() {
     let search = MirrorSearch::new(&scene, &mirrors, eye, 4, &[0, 1]).unwrap();
     let all = found(&search, point);
     let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
-    // One in each mirror; the image in both is one point behind the edge, met in the order of the path's side.
+    // Each mirror shows one; the image in both is one point behind the edge, met in the order of the path's side.
     let images = [DVec3::new(0.5, -1.0, -0.5), DVec3::new(-0.5, 1.0, -0.5), DVec3::new(-0.5, -1.0, -0.5)];
     assert_eq!(names, ["wall", "floor", "floor>wall"]);
     for ((_, path), image) in all.iter().zip([images[1], images[0], images[2]]) {
@@ -75,10 +75,10 @@ fn mirrors_end_where_they_end_and_have_sides() {
     let (scene, mirrors) = corner(false);
     let eye = DVec3::new(1.0, 1.0, 0.0);
     let floor = MirrorSearch::new(&scene, &mirrors, eye, 1, &[0]).unwrap();
-    // By symmetry the bounce lies half way: the border is at x = 2.
+    // The bounce lies half way, by symmetry: the border is at x = 2.
     assert_eq!(found(&floor, DVec3::new(3.0, 1.0, 0.0)).len(), 1);
     assert_eq!(found(&floor, DVec3::new(3.0 + 1e-9, 1.0, 0.0)).len(), 0);
-    // Behind the mirror, on it, and at no place at all.
+    // These points lie behind the mirror, on it, and at no place at all.
     for nowhere in [DVec3::new(1.0, -0.5, 0.0), DVec3::new(1.5, 0.0, 0.0), DVec3::NAN, DVec3::INFINITY] {
         assert_eq!(found(&floor, nowhere).len(), 0, "{nowhere}");
     }

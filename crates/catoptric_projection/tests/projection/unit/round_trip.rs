@@ -63,7 +63,7 @@ fn answers_that_are_invented_or_given_twice_are_counted() {
     let frame = prepared.frame(&view, &Silent).unwrap();
     let liar = Liar(frame.projector().unwrap());
     let found = round_trip(&scene, &view, &liar, RoundTripOptions { order: 1, every: 3 }, &Silent).unwrap().all;
-    // Some of the far ones are beside the mirrors.
+    // A part of the far ones is beside the mirrors.
     assert!((0.28..0.334).contains(&found.invented) && (0.333..0.36).contains(&found.doubled), "{found:?}");
     assert!(found.missing < 1e-3 && found.p99.unwrap() < 5e-3, "{found:?}");
 }
@@ -76,7 +76,7 @@ fn paths_that_a_method_cannot_project_are_missing() {
     assert_eq!(nothing, RoundTrip::default());
 }
 
-/// What goes on from a mirror belongs to it at any order: of two mirrors each has what the other one has not.
+/// Paths that go on from a mirror belong to it at any order: each of two mirrors has those that the other one has not.
 #[test]
 fn paths_that_are_left_to_others_are_not_asked_for() {
     let scene = Arc::new(builtin::parse("planar_mirror?mirrors=2").unwrap().pose(&Default::default()).unwrap());

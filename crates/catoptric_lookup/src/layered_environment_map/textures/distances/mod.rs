@@ -10,7 +10,7 @@ use catoptric_core::math::lanes::Lanes;
 use glam::Vec3;
 use std::sync::Arc;
 
-/// Distances at which a ray looks for what it meets grow by the factor e in about this many steps: by 1.06 in one.
+/// The distances at which a ray is compared with depths grow by the factor e in about this many steps: by 1.06 in one.
 /// Found by errors from above the plane of viewpoints: fewer steps have more, and gain little time.
 const STEPS_A_LOGARITHM: f32 = 17.16;
 
@@ -20,7 +20,7 @@ const MAX_STEPS: f32 = 12.0;
 /// Rays from beside the centre begin with steps of about this share of the largest distance. Chosen, not measured.
 const NEAREST_STEP: f32 = 1.0 / 64.0;
 
-/// Steps by which what was found between two shares is made exact. Chosen, not measured.
+/// Steps by which a hit found between two shares is made exact. Chosen, not measured.
 const REFINEMENTS: usize = 8;
 
 /// Distance from a depth up to which a hit is exact, in widths of a texel. Chosen, not measured.
@@ -29,37 +29,38 @@ const EXACT_TEXELS: f32 = 0.1;
 /// Neighbouring texels whose shares differ by no more than this factor show one thing. Chosen, not measured.
 const ALIKE: f32 = 1.1;
 
-/// A ray that has come to be further behind what is shown than by this factor has come past the edge of a thing; by
-/// less, and it has met a surface that is seen at a flat angle. Chosen, not measured.
+/// The factor behind the depth shown beyond which a ray has passed the edge of an object; below, it has met a surface
+/// that is seen at a flat angle. Chosen, not measured.
 const EDGE: f32 = 1.03;
 
 /// Largest number of edges behind which a ray is followed on. A bound on time; chosen, not measured.
 const MAX_EDGES: usize = 3;
 
-/// Between the middles of texels things come nearer than in these by no more than this share, as far as is believed.
-/// Chosen, not measured.
+/// The assumed bound of how much nearer surfaces come between the middles of texels than in these, as a share. Chosen,
+/// not measured.
 const BETWEEN_TEXELS: f32 = 0.1;
 
 /// Relative difference of depths up to which all surfaces lie on the shell. Chosen, not measured.
 const ON_SHELL: f32 = 1e-3;
 
-/// Of every texel of a texture's finest level how far from the centre what it shows is, as a share of the shell's
-/// distance: a shell that is grown by that share about the centre goes through it. Also how far that thing reaches
-/// behind what is shown: rays that come past its edge meet it there, and pass what is further behind.
+/// The depths of a texture's finest level, for every texel: the distance from the centre of the surface that it shows,
+/// as a share of the shell's distance (a shell scaled by that share about the centre goes through it), and the depth to
+/// which the object reaches behind that. Rays that come past its edge meet it there, and pass whatever is further
+/// behind.
 #[derive(Clone, Debug)]
 pub struct Distances {
-    /// Where its texels are.
+    /// The layout of its texels.
     pub layout: TexelLayout,
     depths: Depths,
-    /// The smallest and the largest finite share of what is shown.
+    /// The smallest and the largest finite depth, as a share.
     range: [f32; 2],
     /// Bounds of parts of the texture; `None` for a square, since straight lines may lead around it.
     bounds: Option<Arc<DepthBounds>>,
-    /// How far from the centre the nearest thing that is shown is.
+    /// The distance from the centre of the nearest surface that is shown.
     nearest: f32,
 }
 
-/// Places side by side, by shares, and what is shown in their directions.
+/// Places side by side, as shares, and the depths shown in their directions.
 #[derive(Clone, Copy)]
 struct TexelDepths<const LANES: usize> {
     own: Lanes<LANES>,
@@ -75,7 +76,7 @@ struct SearchInterval<const LANES: usize> {
     open: [bool; LANES],
 }
 
-/// Rays where they come to be behind what is shown, or within it.
+/// Rays where they come to be behind the surface shown, or within its object.
 struct Changed<const LANES: usize> {
     /// Along the ray.
     distance: Lanes<LANES>,
@@ -87,8 +88,8 @@ struct Changed<const LANES: usize> {
     hidden: HiddenSurface<LANES>,
 }
 
-/// What is shown beside the edge of a thing that rays have come to be behind: it is taken to go on behind that, with
-/// the shell.
+/// The surface shown beside the edge of an object that rays have come to be behind: it is assumed to go on behind that,
+/// with the shell.
 #[derive(Clone, Copy)]
 struct HiddenSurface<const LANES: usize> {
     share: Lanes<LANES>,
@@ -163,7 +164,7 @@ fn is_on(own: f32, front: f32, back: f32) -> bool {
     own <= front * EDGE || own <= back
 }
 
-/// Rays as they meet what is shown.
+/// Hits of rays on the surfaces shown.
 #[derive(Clone, Copy, Debug)]
 pub struct HitLanes<const LANES: usize> {
     /// Distance along the ray.
@@ -179,7 +180,7 @@ pub struct HitLanes<const LANES: usize> {
 }
 
 impl<const LANES: usize> HitLanes<LANES> {
-    /// Nothing is met.
+    /// Rays that meet nothing.
     #[inline(always)] // for the instructions of its caller
     fn nothing(distance: &Lanes<LANES>, share: &Lanes<LANES>) -> Self {
         let no = [false; LANES];
@@ -196,7 +197,7 @@ impl Distances {
             depth.front * shell.distance(Vec3::ZERO, direction)
         };
         let nearest = known.map(distance).fold(f32::INFINITY, f32::min);
-        // Texels beside the known ones may show a part of what these show: the nearest.
+        // Texels beside the known ones may show the nearest part of the same surface.
         let beside = |texel: usize| {
             let others = layout.beside(texel as u32).map(|other| depths[other as usize]);
             match depths[texel] {
@@ -208,7 +209,7 @@ impl Distances {
         Self::of_parts(layout, depths, nearest)
     }
 
-    /// Of [`Self::depths_and_nearest`].
+    /// The depths from [`Self::depths_and_nearest`].
     pub(crate) fn of_parts(layout: TexelLayout, depths: Depths, nearest: f32) -> Self {
         let fronts = || depths.iter().map(|depth| depth.front).filter(|front| front.is_finite());
         let range = [fronts().fold(f32::INFINITY, f32::min), fronts().fold(0.0, f32::max)];
@@ -222,14 +223,15 @@ impl Distances {
         (&self.depths, self.nearest)
     }
 
-    /// How far from the centre the nearest thing that is shown is, but for what lies between the middles of texels.
+    /// The distance from the centre of the nearest surface that is shown, less a margin for surfaces between the
+    /// middles of texels.
     pub(crate) fn nearest(&self) -> f32 {
         self.nearest * (1.0 - BETWEEN_TEXELS)
     }
 
-    /// Where rays meet what is shown first: where they come to be as far from the centre as it is seen in their
-    /// direction, or within what reaches behind that. Rays that are not wanted meet nothing. What a ray meets does not
-    /// depend on those beside it.
+    /// The first hits of rays on the surfaces shown: the places where rays reach the depth that is seen in their
+    /// direction, or lie within the object behind it. Rays that are not wanted meet nothing. A ray's hit does not
+    /// depend on the rays beside it.
     #[inline(always)] // for the instructions of its caller
     pub fn met<const LANES: usize>(
         &self,
@@ -323,8 +325,8 @@ impl Distances {
         span
     }
 
-    /// The first change, between two distances along rays, from before to behind what is shown, or from behind a thing
-    /// into it or to what it hides.
+    /// The first change, between two distances along rays, from before to behind the surface shown, or from behind an
+    /// object into it, or to the surface that it hides.
     #[inline(always)] // for the instructions of its caller
     fn changed<const LANES: usize>(
         &self,
@@ -418,8 +420,8 @@ impl Distances {
         let mut tried = bracket.far;
         for refinement in 0..REFINEMENTS {
             for lane in 0..LANES {
-                // By the rule of false position, and half way in turn; half way, too, where nothing is shown at one
-                // end.
+                // The next place is found by the rule of false position, and half way in turn; also half way if nothing
+                // is shown at one end.
                 let part = bracket.above[lane] / (bracket.above[lane] + bracket.below[lane]);
                 let is_between = part > 0.0 && part < 1.0 && refinement % 2 == 0;
                 let part = if is_between { part } else { 0.5 };
@@ -460,7 +462,7 @@ impl Distances {
         let texels = self.layout.nearest(&shell.seen_at(&places));
         let own = shell.shell_scale(&places);
         let mut shown = TexelDepths { own, front: Lanes::splat(f32::INFINITY), back: Lanes::splat(f32::INFINITY) };
-        // All loads come first, so that the rest becomes vector instructions.
+        // The loads come first, so that the rest becomes vector instructions.
         let mut words = [0; LANES];
         for lane in 0..LANES {
             words[lane] = self.depths.word(texels[lane]);
@@ -472,7 +474,7 @@ impl Distances {
         shown
     }
 
-    /// The same, between the middles of texels where these show much the same.
+    /// The depths shown, interpolated between the middles of texels where these are much alike.
     #[inline(always)] // for the instructions of its caller
     fn smooth<const LANES: usize>(
         &self,
@@ -490,7 +492,7 @@ impl Distances {
             (words[0][lane], words[1][lane], words[2][lane], words[3][lane]) = (a, b, c, d);
         }
         let mut shown = TexelDepths { own, front: Lanes::splat(f32::INFINITY), back: Lanes::splat(f32::INFINITY) };
-        // Nothing is no number here: what the library's minimum makes of those takes twice as long.
+        // All values are numbers here, and the library's minimum, which respects others, takes twice as long.
         let less = |a: f32, b: f32| if a < b { a } else { b };
         let more = |a: f32, b: f32| if a > b { a } else { b };
         for lane in 0..LANES {
@@ -510,7 +512,7 @@ impl Distances {
         shown
     }
 
-    /// What is stored: depths, their range, and bounds of parts.
+    /// The stored parts: depths, their range, and bounds of parts of the texture.
     pub(crate) fn parts(&self) -> (&Depths, [f32; 2], Option<&DepthBounds>) {
         (&self.depths, self.range, self.bounds.as_deref())
     }

@@ -28,7 +28,7 @@ fn there_are_no_t_junctions() {
     let scene = scene("colonnade?tess=12");
     let mesh = mesh_of(&scene, 2.0);
     assert!(mesh.leaves.len() > 2000, "it was refined: {}", mesh.leaves.len());
-    // In space, to a millionth: no triangle has a vertex in the middle of an edge.
+    // Vertices are compared in space, to a millionth: no triangle has a vertex in the middle of an edge.
     let key = |source: u32, at: Vec2| (scene.position_on(source, at) * 1e5).round().as_ivec3();
     let vertices: std::collections::HashSet<_> =
         mesh.leaves.iter().flat_map(|leaf| leaf.corners.map(|at| key(leaf.source, at))).collect();
@@ -52,7 +52,7 @@ fn parts_cover_their_triangles_and_smaller_edges_cost_more_rays() {
         let [a, b, c] = leaf.corners;
         *areas.entry(leaf.source).or_default() += (b - a).perp_dot(c - a).abs();
     }
-    // In barycentric coordinates a whole triangle has twice the area one half.
+    // A whole triangle has twice the area one half in barycentric coordinates.
     assert!(areas.values().all(|area| (area - 1.0).abs() < 1e-4));
     // Corners that are alike are not divided: all that is long differs.
     let settings = LayeredEnvironmentMapSettings { tau: 2.0, ..LayeredEnvironmentMapSettings::default() };
@@ -68,7 +68,7 @@ fn parts_cover_their_triangles_and_smaller_edges_cost_more_rays() {
         alike(a, b) && alike(b, c) && alike(c, a)
     };
     let good = fine.leaves.iter().filter(|leaf| small(leaf) || alike(leaf)).count();
-    // Others are what neighbours cut, or hidden.
+    // Others were cut by their neighbours, or are hidden.
     assert!(good * 100 > fine.leaves.len() * 97, "{good} of {}", fine.leaves.len());
 }
 

@@ -1,4 +1,4 @@
-//! Shells, textures and meshes of layers, what is inferred for them, and bakes.
+//! Shells, textures and meshes of layers, inference, and bakes.
 
 mod bake;
 mod inference;

@@ -35,7 +35,7 @@ fn a_look_up_gives_what_is_there_also_across_edges() {
     directions.extend([Vec3::ONE.normalize(), Vec3::new(1.0, 1.0, 0.0).normalize()]);
     for direction in directions {
         let found = fetch(&cube, direction, [Vec3::ZERO; 2]);
-        // Beyond an edge the next texel of the other face stands in: off by less than a texel.
+        // The next texel of the other face stands in beyond an edge: off by less than a texel.
         assert!((found.truncate() - 1.0 - direction).length() < 0.02, "{direction}: {found}");
         assert!((found.w - 0.5).abs() < 1e-6);
     }

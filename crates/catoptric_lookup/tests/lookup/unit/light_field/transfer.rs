@@ -38,7 +38,7 @@ fn seen(random: &mut Stream, least_cosine: f32) -> (Vec3, Vec3) {
     }
 }
 
-/// How far two rays are apart where they are a few radii away.
+/// The distance between two rays a few radii away.
 fn apart(found: &Ray, origin: Vec3, direction: Vec3) -> f32 {
     let off = found.origin + found.direction * 3.0 - origin;
     (off - direction * off.dot(direction)).length()
@@ -82,7 +82,7 @@ fn a_glass_ball_refracts_rays_twice_and_keeps_their_light() {
         off += apart(&found.ray, back * RADIUS, outer) / 1000.0;
     }
     assert!(off < 0.02 && lost < 0.005, "{off} apart, {lost} of the light");
-    // One event is not enough to get out.
+    // A single event is not enough to get out.
     let short = captured(&scene, [6, 24], 1, true);
     assert!(short.look_up(Vec3::X * RADIUS, Vec3::X, BounceKind::Transmit).is_none());
 }

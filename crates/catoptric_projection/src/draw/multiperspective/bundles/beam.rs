@@ -7,7 +7,7 @@ use catoptric_engine::light::wide_hierarchy::{NO_TRIANGLE, TriangleBlock, Visito
 use glam::Vec3;
 
 /// Beams are wider than the rays through pixels' centres by this much, in pixels: half a pixel to the outermost
-/// samples, and some for what the rays between do.
+/// samples, and a margin for the rays between.
 const MARGIN_PX: f32 = 0.75;
 
 /// Planes are moved outwards by this share of the coordinates' size: their rounding.
@@ -56,7 +56,7 @@ impl Beam {
         beam
     }
 
-    /// Which children of a node may hold something within, one bit each.
+    /// The children of a node that may hold something within the beam, one bit each.
     #[inline(always)]
     fn children(&self, node: &WideNode) -> u32 {
         let mut passes = [true; LANES];
@@ -73,7 +73,7 @@ impl Beam {
         bits_of(passes).into()
     }
 
-    /// Which triangles of a block may lie within, one bit each.
+    /// The triangles of a block that may lie within the beam, one bit each.
     #[inline(always)]
     fn triangles(&self, block: &TriangleBlock) -> u32 {
         let mut passes = [true; LANES];
@@ -93,7 +93,7 @@ impl Beam {
     }
 }
 
-/// Puts what lies in a beam into a list.
+/// Puts the triangles in a beam into a list.
 struct Collector<'a> {
     list: &'a mut CandidateList,
     beam: &'a Beam,
@@ -122,14 +122,14 @@ pub struct CandidateList {
 }
 
 impl CandidateList {
-    /// All triangles of some blocks.
+    /// A list of all triangles of some blocks.
     pub fn of(blocks: &[TriangleBlock]) -> Self {
         let mut list = Self::default();
         blocks.iter().for_each(|block| list.push_all(block, u32::MAX >> (32 - LANES)));
         list
     }
 
-    /// How many they are.
+    /// The number of triangles in the list.
     pub fn count(&self) -> usize {
         self.len
     }

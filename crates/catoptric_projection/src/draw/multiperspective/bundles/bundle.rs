@@ -14,16 +14,16 @@ const MIN_COSINE: f32 = 0.2;
 /// A tile's plane of origins lies so far behind the rays' starts, as a share of their extent: depths are positive.
 const BEHIND: f32 = 0.25;
 
-/// Where rays meet in a focus within a tile, errors there count as if neighbouring rays were apart by this share of
-/// what they are elsewhere. Chosen, not measured.
+/// The least distance of neighbouring rays that errors are divided by, as a share of their distance elsewhere: where
+/// rays of a tile meet in a focus, errors in pixels would be infinite. Chosen, not measured.
 const DAMPING: f32 = 0.1;
 
 /// A ray of a tile.
 #[derive(Clone, Copy, Debug)]
 pub struct TileRay {
-    /// Its place in the picture, in pixels.
+    /// Position in the picture, in pixels.
     pub at: Vec2,
-    /// It starts on the last mirror.
+    /// The ray; its origin lies on the last mirror.
     pub ray: Ray,
     /// The length that its direction counts with.
     pub length: f32,
@@ -57,12 +57,12 @@ pub struct RayBundle {
     origin_bend: [Vec2; 3],
 }
 
-/// The rays of a tile, and what the bundle does not say of them.
+/// The rays of a tile, and the bundle's errors of them.
 #[derive(Debug, Default)]
 pub struct BundleFit {
     rays: Vec<[f32; COORDINATES]>,
     basis: Vec<[f32; TERMS]>,
-    /// Slopes and origins in the plane of origins, and what the quadratics miss of them.
+    /// Slopes and origins in the plane of origins, and the quadratics' errors of them.
     slopes: Vec<Vec2>,
     origins: Vec<Vec2>,
     missed_slopes: Vec<Vec2>,
@@ -227,12 +227,12 @@ impl RayBundle {
         row.dot(footprint.x_axis).abs() + row.dot(footprint.y_axis).abs() + 2.0 * (uu + uv + vv)
     }
 
-    /// From places in the plane at a depth to pixels, damped near foci.
+    /// The inverse footprint: from places in the plane at a depth to pixels, damped near foci.
     #[inline(always)]
     pub(in super::super) fn pixels_from_plane(&self, depth: f32) -> Mat2 {
         let footprint = self.footprint(depth);
         let square = |m: &Mat2| m.x_axis.length_squared() + m.y_axis.length_squared();
-        // What the footprint would be if nothing met at this depth.
+        // The footprint if no rays met at this depth.
         let apart = 0.5 * (square(&self.origin_change) + depth * depth * square(&self.slope_change));
         let damping = DAMPING * DAMPING * apart + f32::MIN_POSITIVE;
         let normal = footprint * footprint.transpose() + Mat2::from_diagonal(Vec2::splat(damping));
@@ -253,8 +253,8 @@ impl RayBundle {
         worst.sqrt()
     }
 
-    /// The bounds of the rays at a depth along a row of [`Self::pixels_from_plane`], with a margin of so many pixels
-    /// and for what the bundle does not say of the rays between.
+    /// The bounds of the rays at a depth along a row of [`Self::pixels_from_plane`], with a margin of so many pixels,
+    /// and of the bundle's error of the rays between.
     #[inline(always)]
     pub(in super::super) fn bounds_at(&self, fit: &BundleFit, row: Vec2, depth: f32, margin_px: f32) -> [f32; 2] {
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);

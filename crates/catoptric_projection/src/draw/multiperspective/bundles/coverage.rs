@@ -10,10 +10,11 @@ pub const ROOT: usize = 16;
 /// A sample that shows nothing.
 pub const NOTHING: u32 = u32::MAX;
 
-/// The most samples of a pixel.
+/// The maximum number of samples of a pixel.
 pub(in super::super) const MAX_SAMPLES: usize = 16;
 
-/// A tile's pixels and what their samples show so far. Pixels follow each other row by row, with [`ROOT`] in a row.
+/// A tile's pixels, and the triangles that their samples show so far. Pixels follow each other row by row, with
+/// [`ROOT`] in a row.
 #[derive(Debug)]
 pub struct TileSamples {
     /// Inverse depths: larger ones are nearer. Nothing is at 0.
@@ -46,9 +47,9 @@ pub struct TileArea {
 pub struct DrawnTriangle {
     /// The number that samples show.
     pub number: u32,
-    /// Of the edges, and of the plane, for the model of the tile's rays.
+    /// Functions of the three edges and of the plane, for the model of the tile's rays.
     pub functions: [[f32; TERMS]; 4],
-    /// How far beyond the rays' starts it counts from, where that matters for this triangle.
+    /// The distance beyond the rays' starts from which on the triangle counts; `None` where it lies beyond all starts.
     pub margin: Option<f32>,
 }
 
@@ -75,7 +76,7 @@ pub trait RayModel {
     /// True if the functions' coefficients are of the rays' coordinates as lines, else of the place in the picture.
     const OF_LINES: bool;
 
-    /// By how much the rays differ from the bundle's, in each coordinate of a line; `None`: not at all.
+    /// The greatest difference of the rays from the bundle's, in each coordinate of a line; `None`: there is none.
     fn missed(&self) -> Option<&[f32; TERMS]>;
 
     /// Values over eight pixels of a row from a column on.
@@ -88,9 +89,11 @@ pub trait RayModel {
     fn start(&self, pixel: [usize; 2]) -> [f32; 3];
 }
 
-/// A triangle that may lie before the start of rays, in one pixel: functions of the distance from the pixel's centre.
+/// A triangle that may lie before the start of rays, in one pixel, as functions of the distance from the pixel's
+/// centre.
 ///
-/// Its inverse depth has a pole where it passes the plane that depths are measured from: it has no slope to go by.
+/// The inverse depth has a pole where the triangle passes the plane that depths are measured from: it cannot be
+/// interpolated by its slope.
 struct NearSurface {
     /// Their quotient is the inverse depth.
     sum: [f32; 3],
@@ -218,7 +221,7 @@ impl TileSamples {
         triangle: &DrawnTriangle,
         is_present: impl Fn([[f32; 3]; 3], Vec2) -> bool,
     ) {
-        // No closures here but the test: they would not be compiled for the caller's instruction set.
+        // The test is the only closure here: closures would not be compiled for the caller's instruction set.
         for row in 0..area.size {
             let mut rest = area.rows[row];
             while rest != 0 {

@@ -16,11 +16,11 @@ type Function = [[f32; LANES]; TERMS];
 /// fourth, divided by that sum, is the depth where the ray meets the triangle's plane.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgeFunctions {
-    /// As coefficients of a line's direction and moment about the tile's origin.
+    /// Coefficients by a line's direction and moment about the tile's origin.
     lines: [Function; 4],
-    /// For the rays of the bundle, as coefficients of 1, u, v, u², uv, v².
+    /// Coefficients of 1, u, v, u², uv, v² for the rays of the bundle.
     pub quadratics: [Function; 4],
-    /// By how much rays that the bundle misses may change them.
+    /// The greatest change of the functions by the rays' differences from the bundle.
     slack: [[f32; LANES]; 4],
 }
 
@@ -93,12 +93,12 @@ impl EdgeFunctions {
         functions
     }
 
-    /// Which triangles may be met with the signs 1 and -1 of their edges somewhere within these distances (along u and
-    /// v) of a place, one bit each.
+    /// The triangles that may be met with the signs 1 and -1 of their edges somewhere within these distances (along u
+    /// and v) of a place, one bit each.
     #[inline(always)]
     pub(in super::super) fn may_meet(&self, [u, v]: [f32; 2], [half_u, half_v]: [f32; 2]) -> [u32; 2] {
         let (mut plus, mut minus) = ([true; LANES], [true; LANES]);
-        // No closures here: they would not be compiled for the caller's instruction set.
+        // Without closures, which would not be compiled for the caller's instruction set.
         for (function, slack) in self.quadratics.iter().zip(&self.slack) {
             for lane in 0..LANES {
                 let (c, cu, cv) = (function[0][lane], function[1][lane], function[2][lane]);

@@ -6,7 +6,7 @@ pub const TERMS: usize = 6;
 /// The first of them are those of a linear function.
 const LINEAR_TERMS: usize = 3;
 
-/// So many values determine a quadratic well, fewer a linear function.
+/// The least numbers of values from which a quadratic, and a linear function, are fitted.
 const QUADRATIC_VALUES: usize = 10;
 pub(in super::super) const LINEAR_VALUES: usize = 4;
 

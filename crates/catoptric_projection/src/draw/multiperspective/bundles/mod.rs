@@ -1,4 +1,4 @@
-//! Bundles of rays, the triangles that they see, and what samples see of these.
+//! Bundles of rays, the triangles that they meet, and the coverage of samples by these.
 
 pub(crate) mod beam;
 pub(crate) mod bundle;

@@ -12,13 +12,13 @@ pub fn value_at(function: &[f32; TERMS], u: f32, v: f32) -> f32 {
     c + v * (cv + v * cvv) + u * (cu + cuv * v + u * cuu)
 }
 
-/// Its changes along u and v.
+/// The derivatives of a quadratic function along u and v.
 #[inline(always)]
 pub(in super::super) fn slopes_at([_, cu, cv, cuu, cuv, cvv]: &[f32; TERMS], u: f32, v: f32) -> [f32; 2] {
     [cu + 2.0 * cuu * u + cuv * v, cv + 2.0 * cvv * v + cuv * u]
 }
 
-/// All rays by one bundle: functions are quadratics of the place in the picture.
+/// All rays of a tile by one bundle: functions are quadratics of the place in the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Quadratic {
     /// The first pixel's centre, and the change a pixel.
@@ -76,7 +76,8 @@ impl RayModel for Quadratic {
 /// Pixels of a tile, row by row, with [`ROOT`] in a row.
 const PIXELS: usize = ROOT * ROOT;
 
-/// Every pixel's own ray and its changes a pixel: functions are linear in the coordinates of lines.
+/// A ray of its own for every pixel, with its changes from pixel to pixel: functions are linear in the coordinates of
+/// lines.
 #[derive(Debug)]
 pub struct PixelLines {
     value: [[f32; PIXELS]; COORDINATES],
@@ -148,7 +149,7 @@ impl PixelLines {
         }
     }
 
-    /// Finds what the bundle misses of the rays of some pixels' samples (bits of rows).
+    /// Finds the bundle's errors of the rays of some pixels' samples (bits of rows).
     #[inline(always)]
     pub fn find_missed(&mut self, bundle: &RayBundle, rows: &[u16; ROOT], size: usize) {
         let quadratic = Quadratic::new(bundle, size);

@@ -1,4 +1,4 @@
-//! From a tile's candidates to what its samples show.
+//! The surfaces that a tile's samples show, found among its candidates.
 
 use super::super::bundles::beam::CandidateList;
 use super::super::bundles::bundle::RayBundle;
@@ -23,10 +23,10 @@ const OWN_MARGIN: f32 = 1e-3;
 #[derive(Default)]
 pub(super) struct CoverWork {
     pub(super) samples: TileSamples,
-    /// What may show, with its triangle of the scene.
+    /// Triangles that may show, with their numbers in the scene.
     pub(super) drawn: Vec<(u32, DrawnTriangle)>,
     tested: Vec<usize>,
-    /// For what may show the pixel (plus 1) that has a surface for it, and that surface's number.
+    /// For each of `drawn`: the last pixel (plus 1) that has a surface for it, and that surface's number.
     numbers: Vec<(u32, u32)>,
 }
 
@@ -105,7 +105,7 @@ impl Reflections<'_> {
         any
     }
 
-    /// Finds what the samples of a tile show among its candidates.
+    /// Finds the candidates that the samples of a tile show.
     #[inline(always)]
     pub(super) fn cover<M: RayModel>(&self, drawing: &Drawing<'_, M>, work: &mut CoverWork) {
         let Drawing { bundle, model, list, side, area, own, start_error, positions } = drawing;

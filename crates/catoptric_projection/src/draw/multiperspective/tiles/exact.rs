@@ -20,14 +20,14 @@ const HALF: f32 = 0.5;
 /// The step by which the change of a triangle's coordinates is found, in pixels.
 const STEP_PX: f32 = 0.5;
 
-/// What a traced sample shows.
+/// The surface that a traced sample shows.
 #[derive(Clone, Copy)]
 struct Traced {
     sample: usize,
-    /// What shows in the last layer, and the triangle that its ray meets.
+    /// The surface in the last layer, and the triangle that its ray meets.
     below: u32,
     triangle: u32,
-    /// Where it meets it (coordinates of the second and third corner), and the distance.
+    /// The hit's barycentric coordinates of the second and third corner, and its distance.
     values: [f32; 3],
 }
 
@@ -135,7 +135,7 @@ impl Reflections<'_> {
         let center = root.corner(column, row) + HALF;
         let first = root.first_sample(column, row);
         while let Some(&one) = rest.first() {
-            // Those alike come first.
+            // Samples with equal surfaces are moved to the front.
             let mut count = 0;
             for index in 0..rest.len() {
                 if (rest[index].below, rest[index].triangle) == (one.below, one.triangle) {

@@ -9,7 +9,7 @@ use catoptric_engine::optics::step::{Facing, relative_index};
 use catoptric_engine::raster::source::{EMPTY, TileBelow, found_number};
 use glam::{Vec2, Vec3};
 
-/// The most bounces of a path: the rasteriser has a layer for each.
+/// The maximum number of bounces of a path: the rasteriser has a layer for each.
 pub(in super::super) const MAX_BOUNCES: usize = 63;
 
 /// A pixel's centre may lie this far beside the triangle that a sample of it shows, in sizes of the triangle.
@@ -28,12 +28,12 @@ pub(in super::super) struct PathRay {
     coordinate_size: f32,
     /// Length of the eye's ray at depth 1.
     pub(in super::super) length: f32,
-    /// It leaves the outer side of the last object.
+    /// True if the ray leaves the outer side of the last object.
     pub(in super::super) outside: bool,
 }
 
 impl PathRay {
-    /// The same ray from a little off the surface, as `Tracer::departure`.
+    /// The ray with its start a little off the surface, as in `Tracer::departure`.
     #[inline(always)]
     pub(in super::super) fn departing(&self) -> Ray {
         let offset = 16.0 * f32::EPSILON * self.coordinate_size.max(f32::MIN_POSITIVE);

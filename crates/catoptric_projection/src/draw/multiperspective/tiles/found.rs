@@ -13,17 +13,17 @@ pub(in super::super) struct FoundSurface {
     pub(in super::super) group: u32,
     /// [`DrawTriangle::patch`](catoptric_engine::raster::DrawTriangle::patch).
     pub(in super::super) patch: u32,
-    /// Where u and v are 0, in pixels, and their change a pixel.
+    /// The position where u and v are 0, in pixels, and their change a pixel.
     pub(in super::super) center: Vec2,
     pub(in super::super) scale: f32,
     /// Edge functions of the second and third corner, the sum of all three, and that of the plane.
     pub(in super::super) functions: [[f32; TERMS]; 4],
-    /// Its place changes unevenly within a pixel.
+    /// True if the place on the surface changes unevenly within a pixel.
     pub(in super::super) is_bent: bool,
 }
 
-/// By how large a share the change of a place (as edge functions of the second and third corner and the sum) from pixel
-/// to pixel itself changes within a pixel, where u and v are 0.
+/// The relative change, within a pixel, of a place's change from pixel to pixel, where u and v are 0. Places are given
+/// by the edge functions of the second and third corner and by the sum of all three.
 pub(in super::super) fn bend([b, c, sum, _]: &[[f32; TERMS]; 4], scale: f32) -> f32 {
     let slope = |function: &[f32; TERMS]| function[1].abs() + function[2].abs();
     let second = |function: &[f32; TERMS]| 2.0 * (function[3].abs() + function[4].abs() + function[5].abs());
@@ -55,7 +55,7 @@ impl FoundSurface {
         LayerSurface { list: u32::MAX, source: self.triangle, group: self.group, barycentrics }
     }
 
-    /// Its depth along the rays at a position.
+    /// The depth along the rays at a position.
     pub(in super::super) fn depth_at(&self, position: Vec2) -> f32 {
         let Vec2 { x: u, y: v } = (position - self.center) * self.scale;
         value_at(&self.functions[3], u, v) / value_at(&self.functions[2], u, v)

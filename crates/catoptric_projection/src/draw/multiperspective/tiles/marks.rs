@@ -6,18 +6,18 @@ use super::super::counts::Counts;
 /// Pixels of a root tile, as bits of its rows.
 pub(in super::super) type Rows = [u16; ROOT];
 
-/// The pixels of a root tile by what has drawn any part of their paths so far.
+/// The pixels of a root tile, by the way in which parts of their paths were drawn so far.
 #[derive(Clone, Copy, Default)]
 struct RootMarks {
     tiles: Rows,
-    /// Those that no tile has drawn any part of.
+    /// Pixels of which no tile has drawn any part.
     rays: Rows,
 }
 
 /// The pixels of a tile.
 #[derive(Default)]
 pub(in super::super) struct PixelMarks {
-    /// By the root tile's place in the tile.
+    /// The marks of each root tile, by its place in the tile.
     roots: Vec<RootMarks>,
 }
 

@@ -1,4 +1,4 @@
-//! From the pixels of a tile to the surfaces that its samples show: paths, squares with one bundle each, single rays.
+//! The surfaces that a tile's samples show, from its pixels: paths, squares with one bundle each, single rays.
 
 mod cover;
 pub(super) mod exact;

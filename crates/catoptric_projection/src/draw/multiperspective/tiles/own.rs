@@ -1,4 +1,4 @@
-//! What rays can meet of the object that they just left.
+//! The triangles that rays can meet of the object that they just left.
 
 use super::super::shapes::{ObjectShape, SceneShapes};
 use catoptric_core::scene::Scene;
@@ -12,14 +12,14 @@ const AROUND: f32 = 0.05;
 /// their distance. A rounding.
 pub(in super::super) const TOUCHING: f32 = 1e-4;
 
-/// What of the last object of a path its rays can meet.
+/// The triangles of the last object of a path that its rays can meet.
 ///
 /// Rays of interpolated normals, or of an exact surface, start in the midst of the object's triangles: without this
-/// they would meet those that they come from, which they leave by the side that they see from behind.
+/// they would meet the triangles that they come from, and leave them through their backs.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct OwnRule {
     pub(in super::super) object: u32,
-    /// Nothing of it.
+    /// True if the rays can meet no triangle of it.
     none: bool,
     /// The rays are on its outer side.
     outside: bool,

@@ -1,4 +1,4 @@
-//! Which samples of a tile show which path.
+//! The paths that the samples of a tile show.
 
 use super::super::bundles::coverage::ROOT;
 use super::found::FoundSurface;
@@ -22,15 +22,15 @@ pub(in super::super) struct TilePath {
 #[derive(Default)]
 pub(in super::super) struct TilePaths {
     pub(in super::super) paths: Vec<TilePath>,
-    /// For every layer the path of each sample, plus 1; 0: none goes on there.
+    /// The path of each sample, plus 1, for every layer; 0: no path goes on there.
     labels: Vec<Vec<u16>>,
 }
 
-/// Which paths go on from a layer.
+/// The paths that go on from a layer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super) struct GoingOn {
     pub(in super::super) any: bool,
-    /// Some by two branches.
+    /// True if some go on by two branches.
     pub(in super::super) divides: bool,
 }
 
@@ -56,7 +56,7 @@ impl TilePaths {
         let parents = below.checked_sub(1).map(|layer| std::mem::take(&mut self.labels[layer]));
         let mut going = GoingOn::default();
         let ids = tile.ids(below);
-        // What lists leave out they leave out block by block.
+        // Lists have holes of whole blocks.
         let samples = if tile.has_holes() { tile.samples_a_block() } else { ids.len().max(1) };
         for (block, ids) in ids.chunks(samples).enumerate() {
             let parents = parents.as_deref().map(|parents| &parents[block * samples..][..ids.len()]);
@@ -163,7 +163,7 @@ fn label_samples(ids: &[u32], parents: Option<&[u16]>, labels: &mut Vec<u16>, mu
 /// The pixels of a root tile by the path that they show.
 #[derive(Default)]
 pub(in super::super) struct RootPaths {
-    /// Paths (plus 1), with the bits of pixels all of whose samples show it.
+    /// Paths (plus 1), each with the bits of the pixels whose samples all show it.
     pub(in super::super) full: Vec<(u16, [u16; ROOT])>,
     /// Other pixels.
     pub(in super::super) partial: Vec<PartialPixel>,

@@ -46,9 +46,9 @@ pub(in super::super) struct Reflections<'a> {
     pub(in super::super) model: TileModel,
     /// Reflectors at which no path goes on.
     pub(in super::super) maps: Option<&'a ReflectorMaps>,
-    /// What rough mirrors reflect.
+    /// The light of rough mirrors.
     pub(in super::super) rough: Option<&'a RoughReflections<'a>>,
-    /// Is told how the picture is divided, for who wants to see it.
+    /// Log of the division of the picture into tiles, for an overlay; `None` if it is not wanted.
     pub(in super::super) log: Option<&'a TileLog>,
     pub(in super::super) counts: Counts,
 }
@@ -56,7 +56,7 @@ pub(in super::super) struct Reflections<'a> {
 /// A root tile.
 pub(in super::super) struct Root<'a, 'b> {
     pub(in super::super) tile: &'a TileBelow<'b>,
-    /// Its first pixel in the rasteriser's tile.
+    /// The root tile's first pixel, counted in the rasteriser's tile.
     pub(in super::super) column: usize,
     pub(in super::super) row: usize,
     /// The last event of the paths.
@@ -113,7 +113,7 @@ impl Reflections<'_> {
         }
     }
 
-    /// What of the last object of a path rays may meet.
+    /// The triangles of the last object of a path that its rays may meet.
     pub(in super::super) fn own_rule(&self, object: u32, kind: BounceKind, outside: bool) -> OwnRule {
         OwnRule::new(object, self.shapes.of(object), kind, outside)
     }

@@ -16,8 +16,8 @@ use glam::Vec2;
 /// Lists of candidates that are longer are not filtered for a quarter of a tile, but found anew.
 const LONG_LIST: usize = 384;
 
-/// With more candidates than these, for each of a tile's pixels and for each of its samples, it is divided, and rays of
-/// the smallest are traced one by one: that is as fast by then, and has no error.
+/// The maximum number of candidates of a tile, for each of its pixels and for each sample of these. With more it is
+/// divided, and the smallest are traced ray by ray, which is as fast by then, and has no error.
 const CANDIDATES_PER_PIXEL: f32 = 4.0;
 const CANDIDATES_PER_SAMPLE: f32 = 0.5;
 
@@ -25,8 +25,8 @@ const CANDIDATES_PER_SAMPLE: f32 = 0.5;
 /// measured.
 const TRUSTED_ERROR_PX: f32 = 2.0;
 
-/// From this layer on rays within glass are looked at at samples, too: in thin walls of flat facets they leave each
-/// pixel's own on the way from bounce to bounce.
+/// The first layer from which on rays within glass are also traced at samples: in thin walls of flat facets the
+/// samples' paths depart from the pixel's own from bounce to bounce.
 const WALL_LAYER: usize = 3;
 
 /// The smallest tile with a bundle, in pixels.
@@ -35,14 +35,14 @@ const SMALLEST: usize = 2;
 /// The columns and rows of a root tile at which its rays are looked at.
 const LOOKED_AT: u16 = 0b1010_1010_0101_0101;
 
-/// Where a bundle is worse than this, tiles are divided before pixels get their own rays, down to the smallest: many
-/// candidates would be tried in vain. Chosen, not measured.
+/// The error of a bundle, in pixels, above which tiles are divided, down to the smallest, before pixels get their own
+/// rays: many candidates would be tried in vain. Chosen, not measured.
 const CULLING_ERROR_PX: f32 = 2.0;
 
 /// Buffers of the work on one path in a root tile.
 #[derive(Default)]
 pub(in super::super) struct PathWork {
-    /// Every pixel of the path has its own ray: bundles tell candidates alone.
+    /// True if every pixel of the path has its own ray, and bundles are used to find candidates only.
     pub(in super::super) by_rays: bool,
     /// The rays of pixels, as far as they are known.
     rays: Vec<Option<PathRay>>,
@@ -65,14 +65,14 @@ struct TileJob {
     column: usize,
     row: usize,
     size: usize,
-    /// How often the root tile was divided for it: each level has a list of candidates.
+    /// The number of divisions from the root tile to this one: each level has a list of candidates.
     level: usize,
-    /// Its candidates are among those of the level before.
+    /// True if its candidates are among those of the level before.
     inherits: bool,
 }
 
 impl TileJob {
-    /// Its pixels among some of the root tile.
+    /// The pixels of this tile among some of the root tile.
     #[inline(always)]
     fn rows_among(&self, rows: &[u16; ROOT]) -> [u16; ROOT] {
         let columns = (((1u32 << self.size) - 1) << self.column) as u16;
@@ -83,7 +83,7 @@ impl TileJob {
         own
     }
 
-    /// The same as bits of its own columns and rows.
+    /// Pixels of the root tile as bits of this tile's own columns and rows.
     #[inline(always)]
     fn own_rows(&self, area: &[u16; ROOT]) -> [u16; ROOT] {
         let mut rows = [0; ROOT];
@@ -132,7 +132,7 @@ fn between(one: &[u16; ROOT], other: &[u16; ROOT]) -> [u16; ROOT] {
     found
 }
 
-/// What the rays of a tile's pixels do.
+/// A summary of the rays of a tile's pixels.
 struct Looked {
     /// The first leaves the outer side of the last surface.
     outside: bool,
@@ -142,13 +142,13 @@ struct Looked {
     ended: [u16; ROOT],
 }
 
-/// What became of a tile.
+/// The outcome of an attempt to draw a tile.
 enum Outcome {
-    /// It is drawn: true if anything shows.
+    /// The tile is drawn: true if anything shows.
     Drawn(bool),
-    /// Its quarters must be; true if their candidates are among its own.
+    /// The tile must be divided: true if its quarters' candidates are among its own.
     Divide(bool),
-    /// Each of its pixels must be.
+    /// Each of its pixels must be traced.
     Trace,
 }
 
@@ -237,7 +237,7 @@ impl Reflections<'_> {
             // A sheet's two sides meet here.
             return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
-        // Where total reflection begins, within pixels.
+        // Pixels within which total reflection begins.
         let mut edge = if self.positions.len() > 1 { between(&area, &ended) } else { [0; ROOT] };
         let in_walls = root.tile.layer() >= WALL_LAYER && self.scene.role_of(object) == Role::Lens;
         if in_walls && self.positions.len() > 1 && (job.size < ROOT || work.by_rays) {
@@ -268,13 +268,13 @@ impl Reflections<'_> {
             return Outcome::Drawn(false);
         }
         if list.count() > most {
-            // Its list may not be whole.
+            // The list may be incomplete.
             return if job.size > SMALLEST { Outcome::Divide(false) } else { Outcome::Trace };
         }
         let [low, high] = list.depth_range(bundle.origin, bundle.axes[2]);
         let near = low.max(bundle.start_range[0]);
         let error_px = bundle.error_px(&work.fit, [near, high.max(near)]);
-        // Where the bundle says little of the rays, those between the pixels that were looked at may leave its beam.
+        // If the bundle fits the rays badly, those between the pixels that were looked at may leave its beam.
         let (inherit, is_accurate) =
             (error_px <= TRUSTED_ERROR_PX, error_px <= self.model.accuracy_px && !work.by_rays);
         if !is_accurate {
@@ -283,7 +283,7 @@ impl Reflections<'_> {
                 return Outcome::Divide(inherit);
             }
             if in_walls && error_px > self.model.accuracy_px {
-                // Samples may see what the rays of pixels say nothing of.
+                // Samples may see surfaces that the pixels' rays do not meet.
                 return if job.size > SMALLEST { Outcome::Divide(inherit) } else { Outcome::Trace };
             }
             self.find_lines(root, job, &area, &bundle, outside, work, surfaces);
@@ -383,7 +383,7 @@ impl Reflections<'_> {
         work.lines.find_missed(bundle, &rows, job.size);
     }
 
-    /// The line of a pixel's neighbour, or what the pixel's own is where the neighbour is. `None` where it ends.
+    /// The line of a pixel's neighbour, or the pixel's own line extrapolated to the neighbour. `None` where it ends.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     fn line_beside(
@@ -453,7 +453,7 @@ impl Reflections<'_> {
         tile_rays.clear();
         let (mut outside, mut others, mut ended) = (None, [0; ROOT], [0; ROOT]);
         let all = *area;
-        // No closures here: they would not be compiled for the caller's instruction set.
+        // Without closures, which would not be compiled for the caller's instruction set.
         for row in job.row..job.row + job.size {
             let mut rest = all[row];
             if whole {

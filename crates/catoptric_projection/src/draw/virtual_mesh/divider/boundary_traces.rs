@@ -30,7 +30,7 @@ impl BoundaryTrace {
 const MAX_END_STEPS: u32 = 8;
 const MIN_END_STEPS: u32 = 2;
 
-/// Two appearances that merge have come nearer than this share of what they were apart. Chosen, not measured.
+/// Two appearances that merge have come nearer than this share of their earlier distance. Chosen, not measured.
 const MERGED: f32 = 0.4;
 
 /// A way has not ended if it got to this many of the smallest shares of it from the other point. Chosen, not measured.
@@ -45,7 +45,7 @@ const MAX_WAY_HALVINGS: u32 = 4;
 /// Ends that are not searched for are drawn no further away than this, in pixels. Chosen, not measured.
 const MAX_GUESS_PX: f32 = 24.0;
 
-/// Where an appearance ends on a step if that is not searched for, and its share of the step: half-way, but not far.
+/// The assumed end of an appearance on a step, without a search, and its share of the step: half-way, but not far.
 fn guessed_end(one: &Projection, merging: Option<&Projection>, step: Vec3) -> (Projection, f32) {
     if let Some(other) = merging {
         return (Projection { image_px: (one.image_px + other.image_px) * 0.5, ..*one }, 0.5);
@@ -128,8 +128,8 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
         (steps as u32).clamp(MIN_END_STEPS, MAX_END_STEPS)
     }
 
-    /// Finds the points of a way after the first, each with its share of the way; returns where they are in
-    /// [`Self::way_points`].
+    /// Finds the points after the first on the way of an appearance to its end, each with its share of the step;
+    /// returns their range in [`Self::way_points`].
     ///
     /// In a fold both appearances that merge there end at the same place: half-way between them.
     fn find_end(&mut self, one: Projection, merging: Option<Projection>, from: Vec3, towards: Vec3) -> Range<u32> {
@@ -155,7 +155,7 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
                 None => far = share,
             }
         }
-        // Towards a fold a picture moves as the root of what is left of the way: these shares make even steps.
+        // Towards a fold an appearance moves as the square root of the rest of the way: these shares make even steps.
         let count = (last.image_px.distance(one.image_px) / self.rule.way_step_px()).ceil();
         let (mut known, mut before) = (one, 0.0);
         for number in 1..(count as u32).min(MAX_WAY_POINTS) {
@@ -166,7 +166,7 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
                 self.way_points.push((found, share));
             }
         }
-        // Others end at a silhouette, and what looked like a partner is far away.
+        // Others end at a silhouette, and the supposed partner is far away.
         let gap = merging.map_or(0.0, |other| other.image_px.distance(one.image_px));
         if let Some(other) = met
             && other.image_px.distance(last.image_px) < MERGED * gap
@@ -186,7 +186,7 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
         self.rule.continued(one, self.scratch.all(), step).copied()
     }
 
-    /// Draws what lies between two ways, with more ways between them where their ends are far from each other.
+    /// Draws the area between two ways, with more ways between them where their ends are far from each other.
     pub(super) fn fill(&mut self, left: &BoundaryTrace, right: &BoundaryTrace, depth: u32) {
         let is_wide = !self.is_spent() && left.end_px().distance(right.end_px()) > self.rule.end_step_px();
         if is_wide
@@ -205,7 +205,7 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
         let place = |way: &[(Projection, Vec2)], index: usize| way.get(index).map(|(point, _)| point.image_px);
         let (mut i, mut j) = (0, 0);
         while let (Some(&here), Some(&there)) = (left.get(i), right.get(j)) {
-            // On along the side that makes the shorter diagonal.
+            // Goes on along the side that makes the shorter diagonal.
             let on_left = place(left, i + 1).map(|next| next.distance_squared(there.0.image_px));
             let on_right = place(right, j + 1).map(|next| next.distance_squared(here.0.image_px));
             match (on_left, on_right) {

@@ -1,17 +1,17 @@
-//! How pieces of triangles are divided, whatever their corners are.
+//! Division of pieces of triangles, whatever their corners are.
 //!
-//! Of all edges that need a division the one that needs it most is halved, then both pieces are looked at again. Where
-//! pictures are stretched in one direction (beside folds and silhouettes a thousandfold) pieces become as slender as
-//! they have to be (Cohen, Mirebeau 2012, Greedy bisection generates optimally adapted triangulations). Which edges are
-//! divided in the end is the rule's decision alone, not that of the order.
+//! The edge that needs a division most is halved, then both pieces are looked at again. Where pictures are stretched in
+//! one direction (beside folds and silhouettes a thousandfold) pieces become as slender as they have to be (Cohen,
+//! Mirebeau 2012, Greedy bisection generates optimally adapted triangulations). Which edges are divided in the end is
+//! the rule's decision alone, not that of the order.
 
 use super::shapes::{PieceQueue, PieceShape, Strip, TrianglePiece};
 use crate::find::work;
 use catoptric_engine::method::projector::Projection;
 use glam::Vec3;
 
-/// Work that a piece counts as, beside that of the points projected for it: it is drawn, too. About what the rasteriser
-/// takes for a triangle of some pixels.
+/// Work that a piece counts as, beside that of the points projected for it: it is drawn, too. About the rasteriser's
+/// work for a triangle of some pixels.
 pub(in super::super) const WORK_A_PIECE: u64 = 20;
 
 /// Pieces are halved this many times at the most. A bound on time; chosen, not measured.
@@ -29,11 +29,11 @@ pub(in super::super) fn is_thin<'a>([a, b, c]: [Vec3; 3], appearances: impl Iter
     let sides = [c - b, a - c, b - a];
     let longest =
         (0..3).fold(0, |best, k| if sides[k].length_squared() > sides[best].length_squared() { k } else { best });
-    // From the longest side to the corner opposite to it.
+    // Vectors along the longest side, and to the corner opposite to it.
     let (side, to_corner) = (sides[longest], sides[(longest + 2) % 3]);
     let height = to_corner - side * (to_corner.dot(side) / side.length_squared());
     let is_thin = |one: &Projection| one.predicted(height).distance(one.image_px) < THIN_PX;
-    // Of what shows nothing at its corners nothing is known.
+    // A piece that shows nothing at its corners counts as not thin.
     let mut shown = appearances.peekable();
     !height.is_nan() && shown.peek().is_some() && shown.all(is_thin)
 }
@@ -43,7 +43,7 @@ pub(in super::super) trait Division {
     /// A corner of a piece.
     type Corner: Copy;
 
-    /// How much an edge needs a division; 0 where it needs none.
+    /// The priority of an edge's division; 0 if it needs none.
     fn split_priority(&mut self, a: &Self::Corner, b: &Self::Corner) -> f32;
 
     /// The middle of an edge, the same from both of its sides.
@@ -58,7 +58,7 @@ pub(in super::super) trait Division {
     /// Takes a piece that is not divided.
     fn emit(&mut self, corners: &[Self::Corner; 3]);
 
-    /// What waits.
+    /// The pieces that wait for their division.
     fn queue(&mut self) -> &mut PieceQueue<Self::Corner>;
 
     /// Divides a triangle, and its pieces.
@@ -82,7 +82,7 @@ pub(in super::super) trait Division {
         match shape {
             PieceShape::Triangle(piece) if split_priority <= 0.0 => self.emit(&piece.corners),
             shape => {
-                // What waits is drawn in the end, divided or not.
+                // Pieces in the queue are drawn in the end, divided or not.
                 work::add(WORK_A_PIECE);
                 self.queue().push(split_priority, shape);
             }
@@ -170,7 +170,7 @@ pub(in super::super) trait Division {
             }));
             return;
         }
-        // One side alone: turned so that it is the left one.
+        // If only one side is divided, the strip is turned so that this is the left one.
         let (a, b, c, d) = if left > 0.0 { (a, b, c, d) } else { (c, d, a, b) };
         let middle = self.middle(&a, &b);
         let (to_d, to_c) = (self.split_priority(&middle, &d), self.split_priority(&middle, &c));

@@ -29,7 +29,7 @@ pub(super) struct PieceDrawing<'a, P: VertexProjector + ?Sized> {
     pub(super) dips: Vec<MissedBoundary>,
     /// The appearances of all points so far.
     pub(super) appearances: Vec<Projection>,
-    /// Where in `way_points` the ways of appearances to their ends are.
+    /// The ranges in `way_points` of the ways of appearances to their ends.
     pub(super) ends: HashMap<EndKey, Range<u32>>,
     pub(super) way_points: Vec<(Projection, f32)>,
     pub(super) scratch: Projections,

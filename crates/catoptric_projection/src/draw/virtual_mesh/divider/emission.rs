@@ -5,16 +5,16 @@ use super::drawing::PieceDrawing;
 use super::shapes::{PieceCorner, TracePlace};
 use catoptric_engine::method::projector::{Projection, VertexProjector};
 
-/// Some of what ends in a fold comes back on another sheet, at an angle: this share of the way on the other side is
-/// left out, too. Chosen, not measured.
+/// The share of the way beyond a fold that is left out, too: part of the surface that ends in a fold comes back on
+/// another sheet, at an angle. Chosen, not measured.
 const BACK_SHARE: f32 = 0.5;
 
-/// What is left out of a piece is looked for no further away than this, in pixels: the solver finds appearances there
-/// that are stretched without bounds. Chosen, not measured.
+/// The greatest distance, in pixels, at which the parts left out of a piece are looked for: the solver finds
+/// appearances there that are stretched without bounds. Chosen, not measured.
 const FARTHEST_LEFT_OUT_PX: f32 = 32.0;
 
-/// Beside a fold, pictures move twice as far as their start tells: as the root of what is left of the way. A piece is
-/// expected to show this many times as far away as its corners tell. Chosen, not measured.
+/// The factor by which a piece beside a fold may reach further than its corners predict. There appearances move as the
+/// square root of the rest of the way: twice as far as predicted from their start. Chosen, not measured.
 const BESIDE_FOLDS: f32 = 1.75;
 
 impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
@@ -45,7 +45,7 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
             return;
         }
         if self.limit == 0 {
-            // Where it ends is anybody's guess.
+            // The end of the appearance is not known.
             self.mesh.unfinished += 1;
             return;
         }
@@ -61,7 +61,7 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
         if self.rule.leaves_out() {
             return self.emit_beside_hole(corners, shared);
         }
-        // From a corner (or from the two of an edge) two ways lead to where the appearance ends; what is drawn lies
+        // Two ways lead from a corner (or from the two of an edge) to the end of the appearance; the drawn part lies
         // between them.
         let mut ways: [Option<BoundaryTrace>; 2] = [None, None];
         let mut number = 0;
@@ -87,7 +87,7 @@ impl<P: VertexProjector + ?Sized> PieceDrawing<'_, P> {
     fn emit_beside_hole(&mut self, corners: &[PieceCorner; 3], shared: [Option<usize>; 3]) {
         let mut shown = shared.map(|index| index.map(|index| self.appearances[index]));
         for k in 0..3 {
-            // From the corner before, or the one before that.
+            // The start is the corner before, or the one before that.
             let from = [1, 2].map(|back| (k + back) % 3).into_iter().find(|&from| shared[from].is_some());
             if let (None, Some(from)) = (shown[k], from)
                 && let Some(index) = shared[from]

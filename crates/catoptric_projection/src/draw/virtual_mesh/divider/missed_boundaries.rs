@@ -1,4 +1,4 @@
-//! Edges that are divided because of what is found beside them.
+//! Edges that are divided because of boundaries found beside them.
 
 use glam::Vec3;
 use std::collections::HashSet;

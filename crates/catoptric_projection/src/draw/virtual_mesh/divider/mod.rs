@@ -48,7 +48,7 @@ pub(super) struct DividedTriangle {
 }
 
 impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
-    /// For triangles of `object`, each of which takes no more work than about `limit`.
+    /// A divider for triangles of `object`, each of which takes no more work than about `limit`.
     pub(super) fn new(
         projector: &'a P,
         object: &'a VirtualObject,
@@ -60,7 +60,7 @@ impl<'a, P: VertexProjector + ?Sized> Divider<'a, P> {
         Self { drawing, forced, middles: HashMap::new(), queue: PieceQueue::default() }
     }
 
-    /// All pieces of the triangles so far, and the edges that their neighbours should divide.
+    /// Returns all pieces of the triangles so far, and the edges that their neighbours should divide.
     pub(super) fn finish(self) -> (VirtualMesh, Vec<MissedBoundary>) {
         (self.drawing.mesh, self.drawing.dips)
     }

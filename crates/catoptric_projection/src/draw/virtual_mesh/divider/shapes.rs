@@ -41,7 +41,7 @@ impl TracePlace {
         Self { position, weights: (self.weights + other.weights) * 0.5 }
     }
 
-    /// Where the line from here through `other` leaves a triangle that holds both; returns `None` if they coincide.
+    /// The point where the line from here through `other` leaves a triangle that holds both; `None` if they coincide.
     pub(super) fn beyond(&self, other: &Self, triangle: &[Self; 3]) -> Option<Self> {
         let [a, b, c] = triangle.map(|corner| corner.weights);
         let area = (b - a).perp_dot(c - a);
@@ -63,7 +63,7 @@ impl TracePlace {
     }
 }
 
-/// A piece with what its edges ask for; edge `k` is opposite to corner `k`.
+/// A piece with the divisions that its edges need; edge `k` is opposite to corner `k`.
 #[derive(Clone, Copy)]
 pub(in super::super) struct TrianglePiece<C> {
     pub(in super::super) corners: [C; 3],
@@ -122,7 +122,7 @@ impl<C> PieceQueue<C> {
 }
 
 impl<C> Ord for QueuedPiece<C> {
-    /// Those that need it most come first, of equals the latest.
+    /// The highest priority comes first; of equal ones, the latest.
     fn cmp(&self, other: &Self) -> Ordering {
         self.split_priority.total_cmp(&other.split_priority).then(self.number.cmp(&other.number))
     }

@@ -1,5 +1,5 @@
-//! Triangles to pieces as they are seen from the middle of where the eye may be: those whose corners appear as
-//! polynomials are drawn from there on; the others are what is left to divide from every eye.
+//! Division of triangles into pieces as they are seen from the middle of the eye's range: pieces whose corners appear
+//! as polynomials are drawn from every eye; the others are divided further for each eye.
 
 use super::meshes::KnownPoints;
 use super::search::SteadySearch;
@@ -19,11 +19,12 @@ use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Edges some end of which is not steady are divided from the middle only while they are longer than this, in pixels:
-/// the eye sees them otherwise, and what it needs is found for it. Of 16, 64 and 200 the best on `sphere_room`.
+/// The length of edges, in pixels, up to which those with an end that is not steady are not divided from the middle:
+/// each eye sees them differently, and divides them further itself. Of 16, 64 and 200 the best on `sphere_room`.
 const COARSE_PX: f32 = 64.0;
 
-/// How a point appears wherever the eye is, in place of a row of polynomials.
+/// Values in place of a row of polynomials: for a point whose appearances differ as the eye moves, and for one that
+/// appears to no eye.
 pub(super) const UNSTEADY: u32 = u32::MAX;
 pub(super) const NOWHERE: u32 = u32::MAX - 1;
 
@@ -33,7 +34,7 @@ pub(super) struct SteadyCorner {
     pub(super) position: Vec3,
     /// Weights of the source's second and third vertex.
     pub(super) weights: Vec2,
-    /// Its polynomial, or one of the constants above.
+    /// The row of its polynomial, or one of the constants above.
     pub(super) row: u32,
     /// Range of its appearances from the middle among the divider's.
     first: u32,
@@ -77,23 +78,23 @@ pub(super) struct SteadyPiece {
 pub(super) struct SteadyDivider<'a> {
     search: SteadySearch<'a>,
     rule: &'a EdgeRule,
-    /// Its share of the work of all dividers.
+    /// This divider's share of the work of all dividers.
     work: ShareOfWork<'a>,
     triangle: u32,
     /// The rows of polynomials that were found before.
     rows_before: u32,
     points: SteadyPoints,
-    /// What the nodes see of points that appear once, by their rows.
+    /// The sightings at the nodes of points that appear once, by their rows.
     seen: FxHashMap<u32, NodeSightings>,
     middles: HashMap<PointKey, (u32, Range<u32>)>,
     queue: PieceQueue<SteadyCorner>,
-    /// What is drawn, and what is left.
+    /// Pieces that are drawn, and pieces that are left to divide from every eye.
     drawn: Vec<SteadyPiece>,
     left: Vec<SteadyPiece>,
     known: KnownPoints,
 }
 
-/// What comes of some triangles.
+/// The result of dividing some triangles.
 pub(super) struct SteadyPieces {
     /// The polynomials behind those that were there before.
     pub(super) forms: Vec<TetrahedronForm>,
@@ -144,7 +145,7 @@ impl<'a> SteadyDivider<'a> {
         &self.points.appearances[corner.first as usize..][..corner.count as usize]
     }
 
-    /// What the nodes see of a corner that appears once.
+    /// The sightings at the nodes of a corner that appears once.
     fn seen(&mut self, corner: &SteadyCorner) -> Option<NodeSightings> {
         if corner.row >= NOWHERE {
             return None;

@@ -20,7 +20,7 @@ use std::sync::Arc;
 /// Points that a thread takes at once. A size for threads; chosen, not measured.
 const POINTS_AT_ONCE: usize = 256;
 
-/// What is steady of an object, with the work of making it, if that is no more than is allowed.
+/// The steady part of an object's mesh, with the work of making it, if that is no more than is allowed.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -48,15 +48,15 @@ pub(super) fn steady_mesh(
 /// An object's points with how they appear.
 struct FoundPoints {
     chunks: Vec<FoundChunk>,
-    /// For each chunk the polynomials before it.
+    /// The number of polynomials before each chunk.
     forms_before: Vec<u32>,
-    /// All polynomials.
+    /// The number of all polynomials.
     form_count: u32,
 }
 
 struct FoundChunk {
     points: SteadyPoints,
-    /// For each point its row and its appearances from the middle.
+    /// The row of each point, and the range of its appearances from the middle.
     places: Vec<(u32, Range<u32>)>,
 }
 

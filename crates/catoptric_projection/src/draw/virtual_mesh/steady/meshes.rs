@@ -1,4 +1,4 @@
-//! What is steady of objects, kept while the eye stays among its nodes.
+//! The steady part of objects' virtual meshes, kept while the eye stays among its nodes.
 
 use crate::draw::virtual_mesh::edge::EdgeRule;
 use crate::draw::virtual_mesh::picture_scale::PictureScale;
@@ -37,7 +37,7 @@ impl SteadyMeshes {
     }
 }
 
-/// What a mesh depends on, beside the nodes.
+/// Inputs of a mesh, beside the nodes.
 pub(super) struct MadeOf {
     pub(super) welded: Arc<WeldedObject>,
     pub(super) rule: EdgeRule,
@@ -49,7 +49,7 @@ impl MadeOf {
     }
 }
 
-/// What is known of an object on a path.
+/// The mesh of an object on a path, or the work at which making it was given up.
 #[derive(Clone)]
 pub(super) struct KnownMesh {
     pub(super) made_of: Arc<MadeOf>,
@@ -65,7 +65,7 @@ impl KnownMesh {
     }
 }
 
-/// What is steady of an object on a path.
+/// The steady part of an object's mesh on a path.
 #[derive(Default)]
 pub(super) struct SteadyMesh {
     /// Polynomials, and how many of them are points.
@@ -82,11 +82,11 @@ pub(super) struct SteadyMesh {
 #[derive(Default)]
 pub(super) struct LeftPieces {
     pub(super) welded: WeldedObject,
-    /// For each the triangle that it is of, and the weights of its corners there.
+    /// The triangle of each piece, and the weights of the piece's corners in it.
     pub(super) sources: Vec<(u32, [Vec2; 3])>,
-    /// Which of its edges are not divided further.
+    /// True for the edges of each piece that are not divided further.
     pub(super) is_fixed: Vec<[bool; 3]>,
-    /// Those of its points that are steady.
+    /// The steady points among the corners.
     pub(super) known: KnownPoints,
 }
 
@@ -100,7 +100,7 @@ impl SteadyMesh {
         (size_of_val(&*self.blocks) + drawn + left + welded + known) as u64
     }
 
-    /// Where the points are in the eye's picture; not a number behind it.
+    /// The points in the eye's picture; not a number behind the eye.
     pub(super) fn places(
         &self,
         weights: &FormWeights,

@@ -1,6 +1,6 @@
-//! What of a virtual mesh stays while the eye moves a little (Popescu, Sacks, Mei 2006, section VI: the projections of
-//! static vertices are reused with varying weights): the appearances of points as polynomials, and the pieces that are
-//! drawn between these.
+//! Steady parts of a virtual mesh, which can be kept while the eye moves a little (Popescu, Sacks, Mei 2006, section
+//! VI: the projections of static vertices are reused with varying weights): the appearances of points as polynomials,
+//! and the pieces that are drawn between these.
 //!
 //! Edges are divided as they are seen from one place in the middle of where the eye may be. Pieces some of whose
 //! corners may come and go are left: they are divided further as the eye sees them, like triangles of their own; but
@@ -30,7 +30,7 @@ use meshes::SteadyMesh;
 use search::KnownPointsProjector;
 use std::sync::Arc;
 
-/// What is steady of an object, as it is seen.
+/// The steady part of an object's mesh in a view.
 pub(super) struct SteadyFrame<'a> {
     mesh: Arc<SteadyMesh>,
     source: &'a dyn SteadySource,
@@ -42,7 +42,7 @@ pub(super) struct SteadyFrame<'a> {
     blend_ms: f64,
 }
 
-/// What is there of an object.
+/// The result of looking for the steady part of an object's mesh.
 pub(super) enum SteadyPart<'a> {
     None,
     /// Finding it takes more than it may.
@@ -51,7 +51,7 @@ pub(super) enum SteadyPart<'a> {
 }
 
 impl<'a> SteadyPart<'a> {
-    /// What is steady of an object, found with as much work or less.
+    /// The steady part of an object's mesh, found with at most the allowed work.
     pub(super) fn of(
         source: Option<&'a dyn SteadySource>,
         object: &VirtualObject,
@@ -73,7 +73,7 @@ impl<'a> SteadyPart<'a> {
         let watch = Stopwatch::new();
         let places = mesh.places(&at.weights, (&at.view, &at.scale), stage)?;
         let blend_ms = watch.elapsed_ms();
-        // Where the mirror reaches behind the picture's plane, not everything is before it.
+        // If the mirror reaches behind the picture's plane, some places may lie behind it.
         let all_before = places.iter().all(|place| place.w > 0.0);
         Ok(if all_before {
             Self::Found(Box::new(SteadyFrame { mesh, source, at, places, work, blend_ms }))
@@ -84,7 +84,7 @@ impl<'a> SteadyPart<'a> {
 }
 
 impl SteadyFrame<'_> {
-    /// Who tells how its points appear that are kept.
+    /// A projector that answers for the steady points of the pieces that are left, and passes on all others.
     pub(super) fn projector<'s, P: ?Sized>(&'s self, inner: &'s P) -> KnownPointsProjector<'s, P> {
         KnownPointsProjector::new(inner, (self.source, &self.at), &self.mesh.left.known)
     }
@@ -109,7 +109,7 @@ impl SteadyFrame<'_> {
         boundary.side.is_none_or(|side| !self.mesh.left.is_fixed[boundary.triangle as usize][side])
     }
 
-    /// From the mesh of what is left to that of all.
+    /// Turns the mesh of the pieces that were left into the mesh of the whole object.
     pub(super) fn complete(&self, mesh: &mut VirtualMesh, object: &VirtualObject) {
         for (triangle, corners) in mesh.triangles.iter_mut().zip(&mut mesh.corners) {
             let (source, [a, b, c]) = self.mesh.left.sources[(triangle.source - object.first_triangle) as usize];

@@ -1,4 +1,4 @@
-//! How points of an object appear, told by what is known beside them where that is possible.
+//! The appearances of an object's points, interpolated from known ones beside them where that is possible.
 
 use super::meshes::KnownPoints;
 use super::source::{Steadiness, SteadyField, SteadyPath, SteadySource};
@@ -36,7 +36,7 @@ impl SteadySearch<'_> {
         self.in_field(point).or_else(|| self.source.sightings(self.at, point))
     }
 
-    /// The same half-way between two points.
+    /// The sightings and appearance half-way between two points.
     pub(super) fn half_way(&self, ends: [(Vec3, &NodeSightings); 2]) -> Option<(NodeSightings, Steadiness)> {
         work::add(WORK_IN_FIELD);
         let found = self.source.half_way(self.at, ends)?;
@@ -53,7 +53,7 @@ pub(in super::super) struct KnownPointsProjector<'a, P: ?Sized> {
 }
 
 impl<'a, P: ?Sized> KnownPointsProjector<'a, P> {
-    /// By who projects other points.
+    /// Wraps the projector of all other points.
     pub(super) fn new(
         inner: &'a P,
         (source, at): (&'a dyn SteadySource, &'a SteadyPath<'a>),

@@ -10,22 +10,22 @@ use catoptric_core::scene::PreciseView;
 use catoptric_engine::method::projector::Projection;
 use glam::Vec3;
 
-/// How a point appears wherever the eye is.
+/// How a point appears while the eye moves among its nodes.
 pub enum Steadiness {
     /// Once; with its appearance from the middle.
     Shown(TetrahedronForm, Projection),
-    /// It appears nowhere.
+    /// The point does not appear.
     Nowhere,
-    /// It may come and go, or appear several times; with what is known of its appearances from the middle.
+    /// The point may come and go, or appear several times; with the known appearances from the middle.
     Unsteady(Vec<Projection>),
 }
 
-/// Who finds out how points appear.
+/// A source of the appearances of points that stay the same while the eye moves among its nodes.
 pub trait SteadySource: Sync {
-    /// Where the eye is on a path; `None` where nothing is known to be steady.
+    /// The eye among the nodes of a path; `None` where nothing is known to be steady.
     fn on_path(&self, path: u32) -> Option<SteadyPath<'_>>;
 
-    /// What is known of all places at once where an object's points lie densely; nothing if there is too much work.
+    /// The sightings for all places at once where an object's points lie densely; `None` if that takes too much work.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -37,25 +37,26 @@ pub trait SteadySource: Sync {
         stage: &Stage<'_>,
     ) -> Result<Option<Box<dyn SteadyField>>, Cancelled>;
 
-    /// How a point appears on a path.
+    /// Finds how a point appears on a path.
     fn steadiness(&self, at: &SteadyPath<'_>, point: Vec3) -> Steadiness;
 
-    /// What the nodes see of a point that appears once, wherever the eye is.
+    /// The nodes' sightings of a point that appears exactly once, wherever the eye is.
     fn sightings(&self, at: &SteadyPath<'_>, point: Vec3) -> Option<NodeSightings>;
 
-    /// The same of the point half-way between two such points; `None` where these do not tell.
+    /// The nodes' sightings of the point half-way between two such points; `None` where these two do not determine
+    /// them.
     fn half_way(&self, at: &SteadyPath<'_>, ends: [(Vec3, &NodeSightings); 2]) -> Option<NodeSightings>;
 
-    /// How a point appears of which the nodes see this.
+    /// Finds how a point appears from the nodes' sightings of it.
     fn steadiness_of(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Steadiness;
 
     /// The appearance from the eye of a point that appears once, to the bit where its polynomial has it.
     fn seen(&self, at: &SteadyPath<'_>, sightings: &NodeSightings) -> Option<Projection>;
 }
 
-/// What the nodes see at places of a path, not only at single points.
+/// The nodes' sightings as a function of the place, on one path.
 pub trait SteadyField: Sync {
-    /// What they see of a point; `None` where the field does not reach.
+    /// The sightings of a point; `None` where the field does not reach.
     fn sightings(&self, point: Vec3) -> Option<NodeSightings>;
 }
 

@@ -36,7 +36,7 @@ pub struct Extrusion {
     pub(crate) segments: Vec<ProfileSegment>,
     /// The triangles above all segments with the heights at which they begin, segment by segment, the lowest first.
     triangles: Vec<(f32, u32)>,
-    /// No triangle is taller than this.
+    /// The height of the tallest triangle along the axis.
     tallest: f32,
 }
 
@@ -47,7 +47,7 @@ pub(crate) struct ProfileSegment {
     pub(crate) vertices: [u32; 2],
     /// True if no other segment goes on at an end.
     pub(crate) open: [bool; 2],
-    /// Its triangles, in the list of all.
+    /// The range of its triangles in the list of all.
     triangles: std::ops::Range<usize>,
 }
 
@@ -167,7 +167,7 @@ struct ProfileVertices {
 
 impl ProfileVertices {
     fn new(mesh: MeshShape<'_>, (center, radius): (Vec3, f32), extrusion: &Extrusion) -> Self {
-        // No less than the rounding of positions.
+        // The tolerance is no less than the rounding of positions.
         let same = SAME * radius + ROUNDING * center.length();
         let mut corners = Self { places: Vec::new(), place_of: Vec::with_capacity(mesh.positions.len()), same };
         // Squares of the plane with the places in them: a place next to a border is looked for beyond it, too.

@@ -4,15 +4,15 @@ use crate::find::virtual_objects::piece::{interpolated, weights_of};
 use catoptric_core::parallel;
 use catoptric_core::surface::mesh::convexity::MeshShape;
 
-/// The interpolated normals of a triangle are off by about this share of what they are off where they are led on to the
-/// corner of a neighbour: an eighth for parabolas, and as much again for their slopes at the triangle's border.
+/// The error of a triangle's interpolated normals, as a share of their error where they are extrapolated to the corner
+/// of a neighbour: an eighth for parabolas, and as much again for their slopes at the triangle's border.
 const SHARE: f32 = 0.25;
 
-/// For every triangle, the largest angle by which the normals that are interpolated in it may be from those of the
-/// surface, in radians.
+/// The largest angle, for every triangle, between the normals that are interpolated in it and those of the surface, in
+/// radians.
 ///
-/// Told by how far its normals, led on, miss those of its neighbours: the second difference. Spheres, whose normals are
-/// linear in the place, have none.
+/// Estimated by the second difference: the amount by which its normals, extrapolated, miss those of its neighbours.
+/// Spheres, whose normals are linear in the place, have none.
 pub fn normal_errors(mesh: MeshShape<'_>) -> Vec<f32> {
     parallel::map_collect(mesh.triangles.len(), |index| {
         let triangle = mesh.triangles[index];

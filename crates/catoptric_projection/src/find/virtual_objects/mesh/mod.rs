@@ -1,4 +1,4 @@
-//! Reflectors as meshes of vertices with normals: what virtual objects are made with, formulas and meshes alike.
+//! Reflectors as meshes of vertices with normals, for virtual objects: formulas and meshes alike.
 
 mod extrusion;
 pub(crate) mod facets;
@@ -22,7 +22,7 @@ const HOLDING: f32 = 1.01;
 /// Meshes of more smooth pieces than this are taken for one. A bound on memory; chosen, not measured.
 const MAX_PIECES: u32 = 16;
 
-/// Meshes smaller than so many steps between neighbouring numbers has no shape. Chosen, not measured.
+/// Meshes smaller than this many steps between neighbouring numbers has no shape. Chosen, not measured.
 const SHAPELESS: f32 = 64.0;
 
 /// Edges are halved at most this often. A bound on memory; chosen, not measured.
@@ -41,7 +41,7 @@ pub struct ReflectorMesh {
     pub normals: Vec<Vec3>,
     /// Vertices of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle, its part of a triangle of the scene.
+    /// The part of a triangle of the scene that each triangle covers.
     sources: Vec<TrianglePart>,
     /// Across the edge opposite to each corner; [`NO_NEIGHBOUR`] at borders and creases.
     pub neighbours: Vec<[u32; 3]>,
@@ -49,7 +49,7 @@ pub struct ReflectorMesh {
     pub(super) normal_errors: Vec<f32>,
     /// Smooth piece of each triangle.
     pub pieces: Vec<u8>,
-    /// How many pieces there are.
+    /// The number of pieces.
     pub piece_count: u32,
     /// True if it has no border.
     pub closed: bool,
@@ -60,7 +60,7 @@ pub struct ReflectorMesh {
     pub convex: bool,
     /// True if it reflects on its inner side alone.
     pub(crate) inside_only: bool,
-    /// Its profile, where it is drawn along one axis.
+    /// The profile, if the mesh is a linear extrusion.
     pub extrusion: Option<Extrusion>,
     /// The centre of the box around it.
     pub center: Vec3,
@@ -157,7 +157,7 @@ impl ReflectorMesh {
         }
     }
 
-    /// The same mesh with some edges, given by their vertices in order, halved.
+    /// This mesh with some edges, given by their vertices in order, halved.
     pub fn with_halved(&self, edges: &HashSet<[u32; 2]>) -> Self {
         let mut finer = Self { extrusion: None, ..self.clone() };
         finer.halve_once(|_, edge| edges.contains(&edge));

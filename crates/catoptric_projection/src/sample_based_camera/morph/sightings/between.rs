@@ -7,42 +7,42 @@ use super::walk::expected_move;
 use crate::find::node_sightings::{MOST_NODES, NodeSightings, Sighting};
 use glam::{Mat3, Vec3};
 
-/// Reflection points are interpolated where they are off by no more than this share of the mirror's size, as far as
-/// derivatives tell. Chosen, not measured.
+/// The greatest estimated error of interpolated reflection points, as a share of the mirror's size. Chosen, not
+/// measured.
 const MOST_ERROR: f32 = 3e-5;
 
-/// The part of what derivatives at two points miss each other by that is the error between them. For what moves as a
+/// The error between two points, as a share of the misfit of the derivatives at both. For points that move as a square
 /// root it is from a tenth to a twentieth half-way.
 const ERROR_OF_MISFIT: f32 = 0.125;
 
-/// The same where something passes beside a point: not used between points that are farther apart than this share of
-/// their distance from the mirror. Chosen, not measured.
+/// The longest step between two points, as a share of their distance from the mirror: changes beside a point may be
+/// missed over longer ones. Chosen, not measured.
 const LONGEST: f32 = 0.125;
 
-/// How far a first reflection point between two others may be off at one of the nodes, or of the polynomial between
-/// these, in scene units; `None` if it is too far for a mirror of this size.
+/// A bound of the error of a first reflection point between two others, at one of the nodes, or of the polynomial
+/// between these, in scene units; `None` if it is too large for a mirror of this size.
 pub(super) fn error_between(
     one: &[Sighting; MOST_NODES],
     other: &[Sighting; MOST_NODES],
     step: Vec3,
     size: f32,
 ) -> Option<f32> {
-    // What half-way is beside the mean of both ends, at a node.
+    // The offset of the half-way point from the mean of both ends, at a node.
     let beside = |node: usize| (one[node].change - other[node].change) * (step * 0.125);
     let at_first = beside(0);
     let (mut misfit, mut bent) = (0.0f32, 0.0f32);
     for (node, (one, other)) in one.iter().zip(other).enumerate() {
         let expected = expected_move([one.change, other.change], step);
         misfit = misfit.max((other.first - one.first).distance(expected));
-        // Where nodes differ in this, so do their derivatives with the eye, of which the mean is taken.
+        // If nodes differ in this, so do their derivatives with respect to the eye, of which the mean is taken.
         bent = bent.max(beside(node).distance(at_first));
     }
     let error = (misfit + bent) * ERROR_OF_MISFIT;
     (error <= MOST_ERROR * size).then_some(error)
 }
 
-/// What these nodes see half-way between two points, in a mirror of this size around this middle; `None` where that is
-/// to be looked for. The same to the bit for both orders: neighbours ask from both sides.
+/// The nodes' sightings half-way between two points, in a mirror of this size around this middle; `None` where they
+/// have to be searched. Both orders of the points give the same bits: neighbours ask from both sides.
 pub fn half_way(
     nodes: &[Vec3; MOST_NODES],
     (middle, size): (Vec3, f32),
@@ -75,7 +75,7 @@ pub fn half_way(
             change: mean + outer(misfit, step * (1.5 / step.length_squared())),
             change_with_eye: Some((one_with_eye + other_with_eye) * 0.5),
             normal: (one.normal + other.normal) * 0.5,
-            // Of all ways near the right one that is the shortest: an error hardly tells.
+            // The true path is the shortest of those near it, so that an error of the point hardly changes the length.
             length: medium * (first.distance(nodes[node]) + last_segment),
             last_segment,
             error,

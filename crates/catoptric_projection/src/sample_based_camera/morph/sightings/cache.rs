@@ -5,17 +5,17 @@ use glam::Vec3;
 use rustc_hash::FxHashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Points are shared out among so many tables, so that threads seldom wait for each other.
+/// Points are shared out among this many tables, so that threads seldom wait for each other.
 const SHARDS: usize = 64;
 
-/// The most points of a table: all of a cache take some tens of megabytes then. A full one is emptied. Chosen, not
-/// measured.
+/// The maximum number of points of a table: all of a cache take some tens of megabytes then. A full one is emptied.
+/// Chosen, not measured.
 const MOST_POINTS: usize = (1 << 17) / SHARDS;
 
 /// A path and a point.
 type Key = (u32, [u32; 3]);
 
-/// What is known of a point, and the work that it took to find it.
+/// The appearances of a point, and the work that it took to find them.
 struct Known<T> {
     found: Arc<[T]>,
     work: u64,
@@ -23,7 +23,7 @@ struct Known<T> {
 
 type Shard<T> = FxHashMap<Key, Known<T>>;
 
-/// What is known of points on paths.
+/// A cache of the appearances of points on paths.
 pub struct PointCache<T> {
     shards: [Mutex<Shard<T>>; SHARDS],
 }
@@ -40,15 +40,15 @@ impl<T> PointCache<T> {
         self.shards[(mixed >> 20) as usize % SHARDS].lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// What is known of a point on a path, or else what `look` finds. It counts as the same work in both cases: what is
-    /// drawn with so much work does not depend on what was drawn before.
+    /// The known appearances of a point on a path, or else the result of `look`. Both cases count as the same work, so
+    /// that a picture with limited work does not depend on those before.
     pub fn get(&self, path: u32, point: Vec3, look: impl FnOnce() -> Arc<[T]>) -> Arc<[T]> {
         let bits = point.to_array().map(f32::to_bits);
         if let Some(known) = self.shard(bits).get(&(path, bits)) {
             work::add(known.work);
             return known.found.clone();
         }
-        // Nobody waits while it is looked for.
+        // No thread waits for a lock meanwhile.
         let before = work::done();
         let found = look();
         let known = Known { found: found.clone(), work: work::since(before) };

@@ -1,9 +1,8 @@
-//! Space about a mirror in cubes, and what the nodes around the eye see at the corners of these.
+//! Space about a mirror in cubes, and the nodes' sightings at the corners of these.
 //!
-//! Reflection points change smoothly with the scene point, the more slowly the farther that is from the mirror. So
-//! between the corners of cubes whose sides are a share of that distance they are interpolated: the mean of what the
-//! corners expect, each half-way on from where it is. What changes with the square of the way is right then, as it is
-//! between nodes.
+//! Reflection points change smoothly with the scene point, the more slowly the farther that is from the mirror. Between
+//! the corners of cubes whose sides are a share of that distance they are therefore interpolated: the mean of the
+//! corners' linear predictions, each over half of the way. This is exact for quadratic changes, as it is between nodes.
 
 use super::between::error_between;
 use super::lookout::{Sightings, known_once};
@@ -18,7 +17,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// Chosen, not measured.
 const SIDE_OF_DISTANCE: f32 = 0.125;
 
-/// The most cubes that are kept of a tetrahedron: of three kilobytes each. Chosen, not measured.
+/// The maximum number of cubes that are kept of a tetrahedron: of three kilobytes each. Chosen, not measured.
 const MOST_CUBES: usize = 1 << 12;
 
 const CORNERS: usize = 8;
@@ -45,7 +44,7 @@ pub(super) struct CubeKey {
 }
 
 impl Hash for CubeKey {
-    /// In two steps: every point asks for its cube.
+    /// Two words: every point asks for its cube.
     fn hash<H: Hasher>(&self, state: &mut H) {
         let [x, y, z] = self.index.map(|index| u64::from(index as u32));
         state.write_u64(u64::from(self.side_bits) << 32 | x);
@@ -61,7 +60,7 @@ impl CubeKey {
         let side_bits = most.to_bits() & 0xFF80_0000;
         let side = f32::from_bits(side_bits);
         let index = (point / side).floor();
-        // So the corners are exact.
+        // These limits make the corners exact.
         let is_exact = side.is_normal() && index.abs().max_element() < (1 << 18) as f32;
         is_exact.then(|| Self { side_bits, index: index.as_ivec3().to_array() })
     }
@@ -83,10 +82,10 @@ impl CubeKey {
     }
 }
 
-/// What the nodes see at a place.
+/// The sightings of all nodes at a place, as numbers.
 type Numbers = [f32; NUMBERS];
 
-/// What is seen in a cube.
+/// The sightings at the corners of a cube.
 #[derive(Debug)]
 struct CubeValues {
     focal_index: u32,
@@ -131,25 +130,25 @@ fn matrix(all: &Numbers, number: usize, node: usize) -> Mat3 {
     Mat3::from_cols(vector(all, number, node), vector(all, number + 1, node), vector(all, number + 2, node))
 }
 
-/// What is seen at a corner, if it appears once, and exactly so at all nodes.
+/// The sightings at a corner, if the point appears once, and exactly so at all nodes.
 fn only_one(found: &[Sightings]) -> Option<NodeSightings> {
     known_once(found).filter(|seen| seen.at.iter().all(|at| at.change_with_eye.is_some()))
 }
 
 impl Cube {
-    /// By what is seen at its corners in a mirror of this size.
+    /// A cube from the sightings at its corners in a mirror of this size.
     fn new(key: CubeKey, nodes: &[Vec3; MOST_NODES], size: f32, look: impl Fn(Vec3) -> Arc<[Sightings]>) -> Self {
         let before = work::done();
         let values = CubeValues::new(&key, nodes, size, &look);
         Self { key, values, work: work::since(before) }
     }
 
-    /// True if what is seen in it is known.
+    /// True if the sightings in it are known.
     pub(super) fn is_known(&self) -> bool {
         self.values.is_some()
     }
 
-    /// What the nodes, which are here, see of a point in it; `None` where that is to be looked for.
+    /// The sightings of a point in the cube from the nodes at these places; `None` where they have to be searched.
     pub(super) fn sightings(&self, nodes: &[Vec3; MOST_NODES], point: Vec3) -> Option<NodeSightings> {
         let CubeValues { focal_index, medium, error, corners } = self.values.as_ref()?;
         let at = interpolated(corners, self.key.side(), (point - self.key.corner(0)) / self.key.side());
@@ -162,7 +161,8 @@ impl Cube {
                 change: matrix(&at, CHANGE, node),
                 change_with_eye: Some(matrix(&at, CHANGE_WITH_EYE, node)),
                 normal: vector(&at, NORMAL, node),
-                // Of all ways near the right one that is the shortest: an error hardly tells.
+                // The true path is the shortest of those near it, so that an error of the point hardly changes the
+                // length.
                 length: medium * (first.distance(nodes[node]) + last_segment),
                 last_segment,
                 error: *error,
@@ -199,7 +199,7 @@ impl CubeValues {
     }
 }
 
-/// What is seen at a place, given in sides from the first corner.
+/// The interpolated sightings at a place, given in sides from the first corner.
 #[multiversion::multiversion(targets("x86_64+avx2+bmi1+bmi2+popcnt+lzcnt"))]
 fn interpolated(corners: &[Numbers; CORNERS], side: f32, place: Vec3) -> Numbers {
     let mut weights = [0.0; CORNERS];
@@ -219,7 +219,7 @@ fn interpolated(corners: &[Numbers; CORNERS], side: f32, place: Vec3) -> Numbers
         }
     }
     let mut at = [0.0; NUMBERS];
-    // As many sums as registers hold.
+    // Each group has as many sums as registers hold.
     for (group, sums) in at.chunks_exact_mut(LANES).enumerate() {
         let mut all = [0.0f32; LANES];
         for (corner, weight) in corners.iter().zip(weights) {
@@ -254,8 +254,7 @@ impl CubeCache {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A cube of a path, by what `look` sees from the nodes at points. It counts as the same work whether it is known
-    /// or not.
+    /// A cube of a path, from the sightings of points that `look` finds. Known and new cubes count as the same work.
     pub(super) fn get(
         &self,
         (path, key): (u32, CubeKey),

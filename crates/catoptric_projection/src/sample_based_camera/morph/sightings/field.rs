@@ -12,15 +12,15 @@ use glam::Vec3;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Points are interpolated in cubes with so many of them or more: finding a cube takes about as long as two points, if
-/// its neighbours are found, too. Chosen, not measured.
+/// Points are interpolated in cubes with this many of them or more: finding a cube takes about as long as two points,
+/// if its neighbours are found, too. Chosen, not measured.
 const LEAST_POINTS: u32 = 8;
 
-/// Cubes where that is not accurate are cut into eight this often, as long as their parts have so many points. A bound
-/// on time; chosen, not measured.
+/// Cubes where that is not accurate are cut into eight this often, as long as their parts have this many points. A
+/// bound on time; chosen, not measured.
 const MOST_CUTS: u32 = 4;
 
-/// What the nodes around the eye see where an object's points lie densely.
+/// Interpolated sightings of the nodes around the eye where an object's points lie densely.
 pub struct SightingField {
     nodes: [Vec3; MOST_NODES],
     /// The middle of the mirror.
@@ -29,8 +29,8 @@ pub struct SightingField {
 }
 
 impl SightingField {
-    /// On a path, by its number at the nodes, in a mirror of this size, by what `look` sees from the nodes at points;
-    /// `None` where no points are dense, or there is too much work.
+    /// The field of a path, given by its number at the nodes, in a mirror of this size; `look` finds the sightings of
+    /// points. `None` where no points are dense, or there is too much work.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -60,7 +60,7 @@ impl SightingField {
         Ok((!field.cubes.is_empty()).then_some(field))
     }
 
-    /// How many cubes there are.
+    /// The number of cubes.
     pub fn cube_count(&self) -> usize {
         self.cubes.len()
     }

@@ -1,4 +1,4 @@
-//! Appearances of a point at all nodes around the eye, sorted by what belongs together.
+//! Appearances of a point at all nodes around the eye, matched between the nodes.
 
 use super::cache::PointCache;
 use super::walk::{Mirror, Reflection, expected_move};
@@ -27,12 +27,12 @@ pub(in super::super) const REACH: f64 = 0.25;
 const MISMATCH: f32 = 0.02;
 const MISMATCH_OF_WAY: f32 = 0.35;
 
-/// Where they are farther from there than this share of the size, their mean is off by about a seventh of that: more
-/// than half a pixel where a mirror fills a picture. Chosen, not measured.
+/// The greatest misfit at which the mean counts as accurate, as a share of the reflector's size: the mean is off by
+/// about a seventh of it, which is more than half a pixel where a mirror fills a picture. Chosen, not measured.
 const ROUGH: f32 = 0.005;
 
-/// The same where a point appears several times, or beyond a focal point: the ends of appearances, where two of them
-/// merge, are found exactly, and what is off leaves gaps before these. Chosen by `dish`, which has none then.
+/// Like [`ROUGH`], where a point appears several times, or beyond a focal point: the ends of appearances, where two of
+/// them merge, are found exactly, and errors leave gaps before these. Chosen by `dish`, which has none then.
 const ROUGH_BESIDE_FOLDS: f32 = 0.001;
 
 /// A ray that is to meet a mirror in any case leads so far below its surface, as a share of its size. Chosen, not
@@ -42,9 +42,9 @@ const DEEPER: f64 = 0.01;
 /// An appearance at several nodes.
 #[derive(Clone, Copy, Debug)]
 pub struct Sightings {
-    /// How many focal points light passes.
+    /// The number of focal points that light passes.
     pub focal_index: u32,
-    /// At each node, of those that know of it.
+    /// The sighting at each node; `None` at nodes that have none.
     pub at: [Option<Sighting>; MOST_NODES],
     /// The mean of these is not accurate: as beside folds, where appearances move as roots.
     pub is_rough: bool,
@@ -68,9 +68,9 @@ pub(in super::super) fn known_once(found: &[Sightings]) -> Option<NodeSightings>
 pub(in super::super) struct Node<'a> {
     pub(in super::super) weight: f32,
     pub(in super::super) projector: PanoramicProjector<'a>,
-    /// It has moved with its reflector since it was built.
+    /// The node's motion with its reflector since it was built.
     pub(in super::super) carried: Option<Carried>,
-    /// What is known of points there.
+    /// Known appearances of points at the node.
     pub(in super::super) answers: &'a PointCache<NodeAnswer>,
 }
 
@@ -78,7 +78,7 @@ pub(in super::super) struct Node<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct NodeAnswer {
     focal_index: u32,
-    /// As the cameras have them.
+    /// Values as the cameras have them.
     reflection_point: Vec3,
     direction: Vec3,
     normal: Vec3,
@@ -89,7 +89,7 @@ pub(in super::super) struct NodeAnswer {
 }
 
 impl Node<'_> {
-    /// Where it is.
+    /// The position of the node.
     pub(in super::super) fn eye(&self) -> Vec3 {
         let eye = self.projector.eye();
         self.carried.as_ref().map_or(eye, |carried| carried.place(eye))
@@ -117,7 +117,7 @@ impl Sighting {
         }
     }
 
-    /// That of a mirror, exactly. `None` if anything is not finite.
+    /// The exact sighting of a mirror's reflection. `None` if anything is not finite.
     fn exact(found: &Reflection, eye: Vec3, point: Vec3, (towards, medium): (Vec3, f32)) -> Option<Self> {
         let Reflection { position, normal, .. } = found;
         let (normal, last_segment) = (normal.as_vec3(), position.distance(point.as_dvec3()));
@@ -135,10 +135,10 @@ impl Sighting {
     }
 }
 
-/// How appearances at the nodes fit together.
+/// The agreement of appearances at the nodes.
 struct Misfit {
     are_one: bool,
-    /// How far reflection points are at most from where they are expected, as a share of the reflector's size.
+    /// The greatest distance of a reflection point from its expected place, as a share of the reflector's size.
     most: f32,
 }
 
@@ -161,9 +161,9 @@ pub(in super::super) struct Lookout<'a> {
     pub(in super::super) in_nodes: &'a [u32],
     pub(in super::super) path: &'a SpecularPath,
     pub(in super::super) specular: Specular<'a>,
-    /// What a node does not see is followed beyond what it sees.
+    /// True if points that a node does not see are followed beyond its horizon and borders.
     pub(in super::super) cures: bool,
-    /// In a single mirror what cameras see is made exact.
+    /// True if, in a single mirror, the cameras' answers are made exact.
     pub(in super::super) is_exact: bool,
 }
 
@@ -172,13 +172,13 @@ thread_local! {
 }
 
 impl Lookout<'_> {
-    /// Where the nodes are.
+    /// The positions of the nodes.
     pub(in super::super) fn eyes(&self) -> [Vec3; MOST_NODES] {
         std::array::from_fn(|index| self.nodes.get(index).map_or(Vec3::ZERO, Node::eye))
     }
 
-    /// A point's appearances, each with the nodes that know of it. What one node sees and another does not (beyond its
-    /// horizon, or past the reflector's border) is looked for there by the solver.
+    /// A point's appearances, each with the nodes that know of it. Appearances that one node has and another does not
+    /// (beyond its horizon, or past the reflector's border) are searched there by the solver.
     pub(in super::super) fn look(&self, point: Vec3) -> Arc<[Sightings]> {
         let nothing: Arc<[NodeAnswer]> = Arc::from([]);
         let at_nodes: [Arc<[NodeAnswer]>; MOST_NODES] = std::array::from_fn(|index| {
@@ -195,7 +195,7 @@ impl Lookout<'_> {
                     _ if other == index => Some(0),
                     _ => partner(own, list, &at_nodes[other]),
                 });
-                // What an earlier node sees, too, was found there.
+                // Appearances that an earlier node has, too, were found there.
                 if partners[..index].iter().any(Option::is_some) {
                     continue;
                 }
@@ -231,7 +231,7 @@ impl Lookout<'_> {
         })
     }
 
-    /// An appearance at a node: exact in a single mirror, where what the cameras see is the start.
+    /// An appearance at a node: exact in a single mirror, where the cameras' answer is the start.
     fn answer(&self, eye: Vec3, seen: &PanoramicProjection, point: Vec3) -> NodeAnswer {
         let PanoramicProjection { focal_index, reflection_point, direction, normal, .. } = *seen;
         // Light stays in one medium.
@@ -256,8 +256,8 @@ impl Lookout<'_> {
         Some(Mirror { surfaces, object, point: point.as_dvec3(), reach })
     }
 
-    /// Where on the mirror an appearance is that cameras see. They are somewhat off: where they see what grazes the
-    /// mirror, the ray may pass it.
+    /// The place on the mirror of an appearance that cameras see. Cameras are somewhat off: at grazing angles the ray
+    /// may pass the mirror.
     fn site_of(&self, object: u32, eye: Vec3, seen: &NodeAnswer) -> Option<ManifoldVertex> {
         let deeper = DEEPER * self.size(self.path.bounces.first());
         let deeper = seen.reflection_point - seen.normal * deeper as f32;
@@ -265,7 +265,7 @@ impl Lookout<'_> {
         towards.into_iter().find_map(|direction| self.site(object, eye, direction))
     }
 
-    /// How far appearances at the nodes are from being one, as far as derivatives with the eye tell.
+    /// The misfit of appearances at the nodes, as far as the derivatives with respect to the eye are known.
     fn misfit(&self, at: &[Option<Sighting>; MOST_NODES]) -> Misfit {
         let size = self.size(self.path.bounces.first()) as f32;
         let known = || self.nodes.iter().zip(at).filter_map(|(node, at)| Some((node.eye(), at.as_ref()?)));
@@ -282,8 +282,8 @@ impl Lookout<'_> {
         misfit
     }
 
-    /// An appearance at all nodes. In a single mirror, where one node does not see what another does, or its cameras
-    /// are too far off, that is followed from there.
+    /// An appearance at all nodes. In a single mirror, an appearance that one node has and another does not, or whose
+    /// cameras there are too far off, is followed from the first.
     fn at_all<'s>(
         &self,
         point: Vec3,
@@ -310,7 +310,7 @@ impl Lookout<'_> {
         at
     }
 
-    /// Where a ray first meets specular surfaces, if that is on an object.
+    /// The first specular surface that a ray meets, if it is that of an object.
     pub(in super::super) fn site(&self, object: u32, eye: Vec3, direction: Vec3) -> Option<ManifoldVertex> {
         work::add(WORK_A_RAY);
         let Specular { scene, tracer, surfaces, .. } = self.specular;

@@ -8,7 +8,7 @@
 //! `a_t (b . n) + b_t (a . n) = 0`
 //!
 //! holds for reflections, and where both ways graze, each in its own direction: that is recognised. On the horizon
-//! itself both are one, so what leads over it has to begin near where it ends: in strides, each begun where the last
+//! itself both are one, so a step over it has to begin near its end: it is taken in strides, each begun where the last
 //! two lead.
 
 use crate::find::work;
@@ -19,7 +19,7 @@ use glam::{DMat2, DVec2, DVec3, Mat3, Vec3};
 const FEW_STRIDES: u32 = 2;
 const STRIDES: u32 = 8;
 
-/// Few strides are believed if the ends of the way agree as well. Chosen, not measured.
+/// The greatest mismatch of the ends of the way at which a result of few strides is accepted. Chosen, not measured.
 const SAME_SHEET: f32 = 0.35;
 
 /// Steps of Newton's method in each. Chosen, not measured.
@@ -34,8 +34,8 @@ const GRAZING: f64 = 1e-7;
 /// The sine of the angle by which a solved reflection misses the point.
 const SOLVED: f64 = 1e-12;
 
-/// How far a reflection point moves with the eye, by the derivatives at both ends of the eye's way: on one sheet each
-/// half of it moves the point as its end says, but for terms of third order.
+/// The expected move of a reflection point with the eye, by the derivatives at both ends of the eye's way: on one sheet
+/// each end's derivative moves the point for half of the way, but for terms of third order.
 pub(in super::super) fn expected_move([from, to]: [Mat3; 2], way: Vec3) -> Vec3 {
     (from + to) * (way * 0.5)
 }
@@ -53,18 +53,18 @@ pub(in super::super) struct Reflection {
 }
 
 impl Reflection {
-    /// Its change with the scene point.
+    /// The derivative of the reflection point with respect to the scene point.
     pub(in super::super) fn change_with_point(&self) -> Mat3 {
         self.change(&self.by_point)
     }
 
-    /// Its change with the eye.
+    /// The derivative of the reflection point with respect to the eye.
     pub(in super::super) fn change_with_eye(&self) -> Mat3 {
         self.change(&self.by_eye)
     }
 
-    /// How far this reflection is from becoming another one while the eye moves so far, as a share of how far it is to
-    /// move.
+    /// The distance of another reflection from the expected place of this one while the eye moves, as a share of the
+    /// expected move.
     fn mismatch(&self, other: &Self, way: DVec3) -> f32 {
         let expected = expected_move([self.change_with_eye(), other.change_with_eye()], way.as_vec3());
         (other.position - self.position).as_vec3().distance(expected) / expected.length()
@@ -79,7 +79,7 @@ impl Reflection {
 /// A place of a surface with its tangents.
 type Site = (ManifoldVertex, ManifoldFrame);
 
-/// A mirror and what it shows.
+/// A mirror and the scene point that it shows.
 pub(in super::super) struct Mirror<'a> {
     pub(in super::super) surfaces: &'a SpecularSurfaces<'a>,
     pub(in super::super) object: u32,
@@ -181,11 +181,11 @@ struct Constraint {
     miss: f64,
     /// True if both ways are on one side of the mirror.
     is_reflection: bool,
-    /// From changes of the constraint to steps.
+    /// The inverse of the constraint's derivative: from changes of the constraint to steps.
     inverse: DMat2,
-    /// The change of the constraint with the scene point.
+    /// The derivative of the constraint with respect to the scene point.
     by_point: [DVec3; 2],
-    /// And with the eye.
+    /// The derivative of the constraint with respect to the eye.
     by_eye: [DVec3; 2],
 }
 

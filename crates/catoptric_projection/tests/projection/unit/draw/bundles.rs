@@ -237,7 +237,7 @@ fn lines_of_pixels_are_exact_and_their_changes_nearly() {
         for lane in 0..LANES {
             let [a, b, c, plane] = functions.of_lane::<PixelLines>(lane, 1.0);
             for [column, row] in [[0, 0], [3, 4], [7, 2]] {
-                // In the centre, and at a sample.
+                // The places are the centre, and a sample.
                 for (offset, tolerance) in [(Vec2::ZERO, 1e-3), (Vec2::new(0.4, -0.3), 6e-3)] {
                     let at = first + Vec2::new(column as f32, row as f32) + 0.5 + offset;
                     let ray = reflected(false, at).ray;

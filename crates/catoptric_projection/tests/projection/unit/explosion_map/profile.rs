@@ -17,7 +17,7 @@ fn rays_that_leave_a_segment_are_found_from_points_on_them() {
         let (reflection_point, direction) = (from + edge * share, directions[0].lerp(directions[1], share));
         let distance = 1.5 + vector().x;
         let place = reflection_point + direction * distance;
-        // Near a focal point, or along the segment, rounding moves the reflection point.
+        // Rounding moves the reflection point near a focal point, or along the segment.
         let slope = (edge + (directions[1] - directions[0]) * distance).perp_dot(direction);
         if slope.abs() < 0.05 * edge.length() {
             continue;

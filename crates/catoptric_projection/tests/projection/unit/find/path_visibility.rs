@@ -67,7 +67,7 @@ fn a_sphere_hides_what_is_reflected_on_its_far_side_and_nothing_else() {
             let eye = bounce + back * (radius * between(&mut random, 0.02, 10.0));
             let on = -mirrored(back, normal);
             let point = bounce + on * (radius * between(&mut random, 0.02, 10.0));
-            // Outside all is seen; inside only what lies nearer than the sphere's other wall.
+            // Outside all points are seen; inside only points nearer than the sphere's other wall.
             let chord = 2.0 * radius * cosine.abs();
             let inside = |end: DVec3| end.distance(bounce) < chord;
             if cosine < 0.0 && [eye, point].iter().any(|end| (end.distance(bounce) / chord - 1.0).abs() < 1e-3) {

@@ -39,7 +39,7 @@ impl Set {
         Self { scene, view, meshes, levels }
     }
 
-    /// All reflection points of a point, by the path and the ray set, with the side.
+    /// The reflection points of a point, with the number of their path, and the side of their ray set.
     fn reflection_points(&self, point: Vec3) -> Vec<(usize, f32, ReflectionPoint)> {
         let mut reflection_points = Vec::new();
         for (path, level) in self.levels.levels.iter().enumerate() {
@@ -73,7 +73,7 @@ impl Set {
     }
 }
 
-/// How far the half vector is from a normal.
+/// The distance of the half vector from a normal.
 fn miss(reflection_point: &ReflectionPoint, normal: Vec3, point: Vec3) -> f32 {
     let [eye, to_point] = [reflection_point.origin, point].map(|end| (end - reflection_point.position).normalize());
     (eye + to_point).normalize().distance(normal)
@@ -248,7 +248,7 @@ fn assert_images_are_those_of_reflection_points(name: &str, from_eye: bool) {
         let Some(reflection_point) = reflection_point else { continue };
         let expected =
             *point - reflection_point.normal * (2.0 * reflection_point.normal.dot(*point - reflection_point.position));
-        // Where cells meet, both sides' bilinear forms answer.
+        // Both sides' bilinear forms answer where cells meet.
         let size = mesh.radius + point.distance(reflection_point.position);
         let slant =
             reflection_point.normal.dot((reflection_point.origin - reflection_point.position).normalize()).max(0.02);
@@ -287,7 +287,7 @@ fn an_image_depends_on_its_own_point_alone() {
     }
 }
 
-/// Prints what it measures and asserts nothing.
+/// Prints its measurements and asserts nothing.
 #[test]
 #[ignore = "a measurement: run it with --release -- --ignored --nocapture"]
 #[allow(clippy::print_stdout, reason = "a measurement is there to be read")]

@@ -28,7 +28,7 @@ fn every_direction_is_in_the_picture_of_its_face_alone() {
             assert!((face == own) == (beyond <= 0.0), "{direction} in {face}");
         }
     }
-    // On the seams, too, a direction belongs to one face.
+    // A direction on a seam, too, belongs to one face.
     for direction in [Vec3::ONE, -Vec3::ONE, Vec3::new(0.0, 2.0, -2.0), Vec3::new(-1.0, 1.0, 0.0)] {
         assert_eq!(beyond(owner(direction), direction), 0.0);
     }

@@ -32,7 +32,7 @@ fn drawn_and_traced(name: &str, scene: &Scene, view: &View) -> Option<usize> {
             if found == traced {
                 continue;
             }
-            // On an edge both triangles are right; the tracer's distances are in single precision.
+            // Both triangles are right on an edge; the tracer's distances are in single precision.
             let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3().normalize());
             let arrivals = [found, traced].map(|meeting| surfaces.arrival(origin, direction, &meeting?));
             let [Some(drawn), Some(traced)] = arrivals else { panic!("{name} {at:?}: {arrivals:?}") };
@@ -52,7 +52,7 @@ fn drawing_finds_what_tracing_finds() {
         let view = scene.default_view(160, 120);
         let met = drawn_and_traced(name, &scene, &view);
         assert!(met.is_some_and(|met| met > 200), "{name}: {met:?}");
-        // From nearer and nearer, at last inside, with reflectors around and behind.
+        // The eye comes nearer and nearer, and is inside at last, with reflectors around and behind.
         let target = scene.objects[scene.specular_objects()[0] as usize].bounds.center();
         for share in [0.5, 0.8, 0.97, 1.05] {
             let mut near = view.clone();

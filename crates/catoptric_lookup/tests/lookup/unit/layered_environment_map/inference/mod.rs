@@ -75,7 +75,7 @@ fn textures_that_made_the_pictures_come_back() {
             let (found, residual) = inference.fitted(layer, equations);
             let mut checked = 0u32;
             let (mut off, mut was_off, mut worst) = (0.0f32, 0.0f32, 0.0f32);
-            // Trust pulls these by half a percent at most to what was expected, which is far off.
+            // Trust pulls these by half a percent at most to the expected values, which are far off.
             for (texel, truth) in truth.iter().enumerate().filter(|(texel, _)| read[*texel] > 1.0) {
                 let of = |texture: &LayerTexture| (texture.texels[texel].value() - *truth) / *truth;
                 checked += 1;
@@ -121,7 +121,7 @@ fn the_matrix_times_the_texture_is_what_is_drawn() {
 
 #[test]
 fn hidden_surfaces_are_seen_as_if_nothing_was_before_them() {
-    // From the side: one sphere before the other.
+    // The view is from the side: one sphere before the other.
     with_inference("two_spheres", 16, 192, |inference, _| {
         let scene = inference.scene;
         inference.with_observer(0, |observer| {
@@ -175,10 +175,11 @@ fn what_a_group_hides_of_itself_is_inferred_too() {
                 let read: BTreeSet<u32> = used.iter().flat_map(|picture| texels_of(layer, picture)).collect();
                 texels_of(layer, &hidden).difference(&read).copied().collect()
             };
-            // Which layer has most of what is hidden depends on how clusters come out.
+            // The layer that has most of the hidden parts depends on how clusters come out.
             let number = (0..projected.len()).max_by_key(|number| filled_of(&projected[*number]).len()).unwrap();
             let layer = &projected[number];
-            // Pictures beside it, three sizes of each; between them the viewpoint's own, each with what it hides.
+            // Pictures beside it, three sizes of each; between them the viewpoint's own, each with the parts that it
+            // hides.
             let systems = &systems[number];
             let of = |observations: &Observations, weight: f32| {
                 equations(layer, observations, number, |observation| observation.confidence * weight)
@@ -194,7 +195,7 @@ fn what_a_group_hides_of_itself_is_inferred_too() {
             let shown = systems.iter().enumerate().filter(|(index, _)| ![4, 6, 8].contains(index));
             let without = fitted(shown.map(|(_, system)| system.clone()).collect());
             let with = fitted(systems.clone());
-            // The root of the mean square of what a picture is off by.
+            // The root mean square of a picture's errors.
             let off = |observations: &Observations, texels: &[Vec4]| {
                 let mut seen = vec![Vec4::ZERO; observations.list.len()];
                 equations(layer, observations, number, |_| 1.0).times(texels, &mut seen);

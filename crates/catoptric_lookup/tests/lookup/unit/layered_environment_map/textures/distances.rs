@@ -1,4 +1,4 @@
-//! Rays that meet what textures show at its distances.
+//! Hits of rays on the depths of textures.
 
 use catoptric_core::math::Aabb;
 use catoptric_core::math::lanes::Vec3Lanes;
@@ -15,12 +15,12 @@ fn seen(size: u32, distance: impl Fn(Vec3) -> Option<f32>) -> (Shell, Distances)
     solid(size, |direction| distance(direction).map(|distance| [distance; 2]))
 }
 
-/// The same of solids, by how far away they begin and end.
+/// A layer of solids on a sphere, by the distances at which they begin and end.
 fn solid(size: u32, distances: impl Fn(Vec3) -> Option<[f32; 2]>) -> (Shell, Distances) {
     solid_on(ParallaxProxy::Sphere(RADIUS), size, distances)
 }
 
-/// The same on any shell.
+/// A layer of solids on any shell.
 fn solid_on(surround: ParallaxProxy, size: u32, distances: impl Fn(Vec3) -> Option<[f32; 2]>) -> (Shell, Distances) {
     let layout = TexelLayout::cube(size);
     let shell = Shell::Around(surround);
@@ -55,7 +55,7 @@ fn rays_meet_planes_where_planes_are() {
             let mut vector = || Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)));
             let (origin, direction) = (vector() * 0.8, vector().normalize());
             let truth = origin + direction * (2.0 - origin.dot(normal)) / direction.dot(normal);
-            // Away from the rim of what is seen.
+            // Only places away from the rim of the visible part count.
             if direction.dot(normal) < 0.2 || truth.length() > 7.0 {
                 continue;
             }
@@ -131,14 +131,14 @@ fn rays_meet_things_on_their_way_into_shells_too() {
         let along = arm.dot(direction);
         let truth = -along - (along * along - arm.length_squared() + radius * radius).max(0.0).sqrt();
         let place = origin + direction * truth;
-        // In sight from the centre, and away from the edge of what is.
+        // The place is in sight from the centre, and away from the edge of the visible part.
         if (place - middle).dot(place) > -0.15 * radius * place.length() {
             continue;
         }
         let found = met(&shell, &distances, origin, direction);
         let off = found.map_or(f32::INFINITY, |found| found.distance(place));
         assert!(off < 0.03, "{origin} to {target}: {found:?}, not {place}");
-        // There it is looked up, too.
+        // The texel that is looked up lies there, too.
         let texel = layer.texel_at(&Ray { origin, direction }).expect("it is met");
         assert!(layer.texture.layout.middle_of(texel).angle_between(place) < 0.03, "{origin} to {target}");
         checked += 1;
@@ -161,7 +161,7 @@ fn what_a_thing_hides_goes_on_behind_it() {
     // The floor is seen, beside the ball.
     let texel = 2.0 / 256.0;
     assert!(found.angle_between(middle) > (radius / middle.length()).asin() - texel, "{found}");
-    // Where the floor is in sight it is met where it is, on either side of the ball.
+    // A part of the floor that is in sight is met in its place, on either side of the ball.
     for target in [Vec3::new(1.2, -0.6, 1.2), Vec3::new(1.9, -0.6, -2.5)] {
         let found = met(&shell, &distances, origin, (target - origin).normalize()).expect("the floor is in sight");
         assert!(found.distance(target) < 0.05, "{found}, {target}");
@@ -178,7 +178,7 @@ fn rays_pass_what_they_do_not_meet() {
     let towards = |target: Vec3| met(&shell, &distances, origin, (target - origin).normalize());
     let found = towards(middle).expect("the ball is there");
     assert!((found.distance(middle) - 0.5).abs() < 0.03, "{found}");
-    // Before it, beside it, and away from it.
+    // These rays go before it, beside it, and away from it.
     assert_eq!(towards(Vec3::new(0.0, 0.0, 1.0)), None);
     assert_eq!(towards(Vec3::new(2.0, 0.0, 2.0)), None);
     assert_eq!(towards(Vec3::new(-1.0, 3.0, 0.0)), None);
@@ -205,7 +205,7 @@ fn what_a_ray_meets_does_not_depend_on_those_beside_it() {
         let (mut met, mut passed) = (0, 0);
         for batch in 0..200 {
             let mut vector = |size: f32| Vec3::from([0; 3].map(|_| random.next_between(-size, size)));
-            // From rays that stay together to rays that go anywhere.
+            // The batches go from rays that stay together to rays that go anywhere.
             let spread: f32 = [0.02, 0.2, 1.0, 3.0][batch % 4];
             let (origin, target) = (vector(0.5), vector(2.0));
             let origins: [Vec3; 32] = std::array::from_fn(|_| origin + vector(0.2 * spread.min(1.0)));

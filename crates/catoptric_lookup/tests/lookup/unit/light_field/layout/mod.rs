@@ -1,4 +1,4 @@
-//! Where the views of light fields are.
+//! Layouts of the views of light fields.
 
 mod hemi_octahedron;
 mod region_box;

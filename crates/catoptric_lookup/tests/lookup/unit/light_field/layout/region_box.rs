@@ -9,7 +9,7 @@ fn vector(random: &mut Stream) -> Vec3 {
     Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
 }
 
-/// All rays of a box that is no cube leave by a view of one side, and come back from there.
+/// Every ray of a box that is no cube leaves by a view of one side, and comes back from there.
 #[test]
 fn every_ray_that_leaves_the_region_is_kept_and_found_again() {
     let region = Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) };
@@ -25,7 +25,7 @@ fn every_ray_that_leaves_the_region_is_kept_and_found_again() {
         let exit = along(side.axis, side.plane, side.low + side.spacing * ray.st);
         let long = point + direction.normalize() * ray.ahead;
         assert!(exit.distance(long) < 1e-4, "{exit} {long}");
-        // By way of the view's pixels.
+        // The direction passes through the view's pixels.
         let back = side.in_world(layout.direction_of(layout.pixel_of(ray.direction)));
         assert!(back.angle_between(direction) < 1e-3, "{direction} became {back}");
         // And again, from where it leaves.

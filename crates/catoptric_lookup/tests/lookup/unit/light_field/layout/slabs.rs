@@ -10,14 +10,14 @@ fn vector(random: &mut Stream) -> Vec3 {
     Vec3::from([0; 3].map(|_| random.next_between(-1.0, 1.0)))
 }
 
-/// One ray with its slab, place on the plane of views and slope.
+/// A ray's slab, its place on the plane of views, and its slope.
 fn located(layout: &SlabLayout, point: Vec3, direction: Vec3) -> Option<(Slab, Vec2, Vec2)> {
     let ray = layout.locate(&Vec3Lanes::one(point), &Vec3Lanes::one(direction));
     let pair = |of: [Lanes<1>; 2]| Vec2::new(of[0][0], of[1][0]);
     (ray.held[0] > 0.0).then(|| (layout.slabs[ray.slab[0] as usize], pair(ray.st), pair(ray.slope)))
 }
 
-/// All rays of a box that is no cube, in ten million tries in release.
+/// Tests rays of a box that is no cube, in ten million tries in release.
 #[test]
 fn every_ray_through_the_region_is_in_a_slab() {
     let region = Aabb { min: Vec3::new(-1.0, 0.5, -0.2), max: Vec3::new(0.5, 1.0, 2.0) };
@@ -58,7 +58,7 @@ fn rays_leave_the_region_and_are_nearest_to_its_middle() {
         let Some((slab, st, slope)) = located(&layout, point, direction) else { panic!("{point} {direction}") };
         let eye = along(slab.axis, slab.plane, slab.low + slab.spacing * st);
         let start = eye - slab.direction(slope) * slab.exit(&region, eye, slope);
-        // On the region's surface, and not before the point.
+        // The start lies on the region's surface, and not before the point.
         let outside = |place: Vec3| (region.min - place).max(place - region.max).max_element();
         assert!(outside(start).abs() < 1e-4, "{start} is {} outside", outside(start));
         assert!((start - point).dot(direction) > -1e-4);

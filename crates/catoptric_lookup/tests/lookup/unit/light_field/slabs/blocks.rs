@@ -32,7 +32,7 @@ fn eight_bits_hold_radiance_to_their_steps() {
     assert_eq!(from_bits8(bits8(Vec3::ZERO)), Vec3::ZERO);
 }
 
-/// How far two radiances are apart, in steps of eight bits.
+/// The difference of two radiances, in steps of eight bits.
 fn steps(a: Vec3, b: Vec3) -> i32 {
     let [a, b] = [a, b].map(|radiance| bits8(radiance).map(i32::from));
     (0..3).map(|k| (a[k] - b[k]).abs()).max().unwrap()
@@ -65,7 +65,7 @@ fn ramps_stay_where_they_are() {
         Vec3::new(1.0, 0.8, 0.5) * (0.2 + 0.5 * x + 0.2 * y)
     };
     let view: Vec<Vec3> = (0..SIDE * SIDE).map(ramp).collect();
-    // One pixel aside is 9 steps aside at the dark end, a row 4.
+    // The next pixel differs by 9 steps at the dark end, the next row by 4.
     for (compression, allowed) in ALLOWED {
         let found = restored(compression, SIDE, &view);
         assert_eq!(found.len(), view.len());
@@ -76,7 +76,7 @@ fn ramps_stay_where_they_are() {
     }
 }
 
-/// Blocks are what they are said to be: another decoder sees the same in them.
+/// Blocks follow their formats: another decoder reads the same values.
 #[test]
 fn other_decoders_read_the_blocks() {
     let mut random = Stream::new(8);
@@ -104,7 +104,7 @@ fn other_decoders_read_the_blocks() {
     }
 }
 
-/// Half floats keep what eight bits do not reach.
+/// Half floats keep values beyond those of eight bits.
 #[test]
 fn half_floats_keep_bright_lights() {
     for found in restored(Compression::Bc6h, 4, &[Vec3::new(3000.0, 2500.0, 1000.0); 16]) {
@@ -112,7 +112,7 @@ fn half_floats_keep_bright_lights() {
     }
 }
 
-/// Files are checked by their sums, but whoever writes one may write any blocks.
+/// Files are checked by their sums, but their authors may write any blocks.
 #[test]
 fn any_blocks_are_radiance() {
     let mut random = Stream::new(7);

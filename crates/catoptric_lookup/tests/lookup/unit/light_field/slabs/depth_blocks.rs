@@ -19,7 +19,7 @@ fn two_surfaces_keep_their_parallaxes() {
     }
 }
 
-/// Off by no more than a sixth of what a block ranges over, and the rounding.
+/// The error is at most a sixth of a block's range, and the rounding.
 #[test]
 fn smooth_surfaces_are_off_by_a_sixth_of_a_block_at_most() {
     let mut random = Stream::new(9);

@@ -54,7 +54,7 @@ fn plain(rows: &[ViewRow]) -> Rows {
     Rows::captured(&fields(), &form, &Silent, |number| Ok(rows[number].clone())).unwrap()
 }
 
-/// Any light, and parallaxes that differ little.
+/// Rows of random light, and of parallaxes that differ little.
 fn rows(random: &mut Stream) -> Vec<ViewRow> {
     let row = |_| {
         let mut row = ViewRow::default();

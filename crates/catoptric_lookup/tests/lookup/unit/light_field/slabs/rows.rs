@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// Bytes from an odd or an even place on.
 struct Units {
     bytes: Vec<u8>,
-    /// Where each begins, and where the last ends.
+    /// The start of each unit, and the end of the last.
     starts: Vec<usize>,
 }
 
@@ -60,7 +60,7 @@ fn baked_rows_are_those_that_were_captured() {
             let made = |number: usize| row(number as u32, fields.views_in_row(number % count), &form);
             let rows: Vec<ViewRow> = (0..2 * count).map(made).collect();
             let captured = Rows::captured(&fields, &form, &Silent, |number| Ok(rows[count + number].clone())).unwrap();
-            // Where numbers may lie, and where they may not.
+            // The first start is aligned for numbers, the second is not.
             for from in [0, 1] {
                 let units = Units::new(from, rows.iter().map(|row| row.baked(&form)));
                 let units: Arc<dyn Baked> = Arc::new(units);

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Pixels a unit of the flat object.
 const SCALE: f32 = 100.0;
 
-/// One appearance: place in units of [`SCALE`], its change with x and with y, and focal index.
+/// An appearance: place in units of [`SCALE`], its derivatives with respect to x and y, and focal index.
 type Sheet = (Vec2, [Vec2; 2], u32);
 
 /// Points of the plane z = 0, projected by a formula.
@@ -59,7 +59,7 @@ pub(super) fn grid(min: Vec2, max: Vec2, cells: u32) -> WeldedObject {
     welded
 }
 
-/// Seen without perspective, far from its reflector: what divides its edges is their pictures alone.
+/// The object is seen without perspective, far from its reflector: edges are divided by their pictures alone.
 fn mesh_of<P: VertexProjector>(projector: &P, welded: &WeldedObject) -> VirtualMesh {
     let far = Aabb { min: Vec3::splat(100.0), max: Vec3::splat(101.0) };
     let object = VirtualObject {
@@ -209,7 +209,7 @@ fn bent_pictures_are_within_the_edge_error_and_without_cracks() {
     let welded = grid(Vec2::ZERO, Vec2::ONE, 2);
     let mesh = mesh_of(&Formula(bent), &welded);
     let pieces = pieces(&mesh, &welded);
-    // In a triangle a quadratic map is off by four thirds of what it is off on the edges.
+    // The error of a quadratic map in a triangle is four thirds of its error on the edges.
     let error = largest_error(&pieces, |source, drawn| bent(source)[0].0.distance(drawn / SCALE) * SCALE);
     assert!(error <= EDGE_ERROR_PX * 4.0 / 3.0 && error > 0.02, "{error}");
     assert!(mesh.unfinished == 0 && pieces.len() < 1000, "{} pieces", pieces.len());
@@ -317,8 +317,8 @@ fn appearances_end_where_a_half_plane_ends() {
 
 #[test]
 fn borders_that_bulge_over_an_edge_are_drawn_on_its_other_side_too() {
-    // Two triangles with an edge along y = 0; what appears is a disc around (0.5, 0.45) that reaches a little below it.
-    // None of the corners and no middle of the outline shows any of that.
+    // Two triangles with an edge along y = 0; the appearance is a disc around (0.5, 0.45) that reaches a little below
+    // it. None of the corners and no middle of the outline shows any of that.
     let welded = WeldedObject {
         points: vec![
             Vec3::new(-1.0, 0.0, 0.0),
@@ -344,8 +344,8 @@ fn borders_that_bulge_over_an_edge_are_drawn_on_its_other_side_too() {
     // The segment of the disc below y = 0.
     let angle = 2.0 * (0.45f32 / radius).acos();
     let truth = 0.5 * radius * radius * (angle - angle.sin());
-    // So small a border is drawn straight between its ends and its middle: three quarters of a segment, less what the
-    // ends are short of.
+    // A border as small as this is drawn straight between its ends and its middle: three quarters of a segment, less
+    // the error of the ends.
     assert!(below > 0.65 * truth && below <= truth, "{below} of {truth}");
 }
 
@@ -464,12 +464,12 @@ fn pieces_are_bounded_where_pictures_are_wild() {
     let object = flat_object(&welded);
     let allowed = 4000;
     let mesh = limited(&projector, &object, &quality(), allowed);
-    // What was begun is finished: a few pieces more at every level of division.
+    // Pieces that were begun are finished: a few pieces more at every level of division.
     assert!(mesh.work < 4 * allowed && mesh.triangles.len() as u64 * 20 < 2 * allowed, "{}", mesh.work);
     assert!(mesh.unfinished > 0 && mesh.needed.is_none(), "{} unfinished, {:?}", mesh.unfinished, mesh.needed);
     assert!(mesh.vertices.iter().all(|point| point.xy.is_finite() && point.w.is_finite()));
     assert_eq!(mesh.vertices.len(), 3 * mesh.corners.len());
-    // With nothing allowed there is nothing to draw that is not known by then.
+    // Without work only known pieces are drawn.
     assert!(limited(&projector, &object, &quality(), 0).work < 1000);
 }
 
@@ -497,7 +497,7 @@ fn points_beyond_the_work_are_led_on_from_others() {
     let mesh = limited(&Formula(bent), &flat_object(&welded), &quality(), 100);
     assert!(mesh.extrapolated > 300 && mesh.points_projected < 140, "{} led on", mesh.extrapolated);
     let pieces = pieces(&mesh, &welded);
-    // Every triangle is drawn; points are led on over a third of the square at most, and off by the second order.
+    // Every triangle is drawn; points are extrapolated over a third of the square at most, and off by the second order.
     assert!(pieces.len() >= welded.triangles.len());
     let error = largest_error(&pieces, |source, drawn| bent(source)[0].0.distance(drawn / SCALE) * SCALE);
     assert!(error < (0.8 + 0.5) * SCALE / 9.0, "{error}");

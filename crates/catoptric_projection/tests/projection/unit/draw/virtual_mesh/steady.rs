@@ -1,4 +1,4 @@
-//! What stays of virtual meshes while the eye moves, beside what is found from every eye, in closed form.
+//! Steady parts of virtual meshes while the eye moves, beside those found from every eye, in closed form.
 
 use super::closed_forms::{area, corners_agree, flat_object, grid, open_edges, pieces, view};
 use catoptric_core::progress::{Cancelled, Silent, Stage};
@@ -23,14 +23,14 @@ const LENGTH: f32 = 3.0;
 
 /// A square that is seen bent, up to a border that moves with the eye: from x = 0.75 to 0.8.
 struct Moving {
-    /// How far the eye is from the first node towards the others.
+    /// The eye's distance from the first node, as a share of the way to the others.
     eye: f32,
     is_interpolated: bool,
     meshes: SteadyMeshes,
     sought: AtomicU64,
 }
 
-/// Where a point appears, and the change of that.
+/// The appearance of a point in pixels, and its derivatives.
 fn seen(p: Vec2, eye: f32) -> (Vec2, [Vec2; 2]) {
     let place = Vec2::new(p.x + 0.8 * p.x * p.x + eye * 0.1 * p.y, p.y + 0.5 * p.x * p.y + eye * 0.1);
     let change = [Vec2::new(1.0 + 1.6 * p.x, eye * 0.1), Vec2::new(0.5 * p.y, 1.0 + 0.5 * p.x)];
@@ -137,12 +137,12 @@ impl SteadyField for Shifted {
     }
 }
 
-/// What nodes see of a point: that it appears where this one is.
+/// Sightings of a point that appears, from all nodes, at this place.
 fn seen_at(point: Vec3) -> NodeSightings {
     NodeSightings { focal_index: 0, at: [Sighting { first: point, ..Sighting::default() }; MOST_NODES] }
 }
 
-/// How this point appears.
+/// The steady appearance of this point.
 fn shown(point: Vec3) -> Steadiness {
     let corner = |eye: f32| {
         let Vec2 { x, y } = seen(point.truncate(), eye).0;
@@ -199,7 +199,7 @@ fn what_is_steady_joins_what_is_not_without_cracks() {
     }
 }
 
-/// What is drawn, and what that counts as, does not depend on what was drawn before; if it is too much, neither.
+/// The drawn mesh and its counted work do not depend on what was drawn before; nor does giving up.
 #[test]
 fn known_meshes_are_as_new_ones() {
     let welded = Arc::new(grid(Vec2::ZERO, Vec2::ONE, 8));

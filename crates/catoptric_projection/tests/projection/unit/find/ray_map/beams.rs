@@ -11,8 +11,8 @@ use glam::{DMat2, DVec2, DVec3, Vec3};
 /// Rays along a side of a map.
 const SIDE: usize = 40;
 
-/// A map of rays after a mirror ball, with what their parameters do in a picture (stretched and sheared at random), how
-/// far each is trusted, and their places.
+/// A map of rays after a mirror ball, with the derivatives of their pictures with respect to their parameters
+/// (stretched and sheared at random), the distances to which each is used, and their places.
 fn map(random: &mut Stream, width: f64) -> (Vec<RaySample>, Vec<DMat2>, Vec<f32>, Vec<[f32; 2]>) {
     let scene = balls(&[(Vec3::ZERO, 1.0, Material::mirror("mirror", Vec3::ONE))]);
     let towards = vector(random).normalize();
@@ -50,7 +50,7 @@ fn leads_there(one: &Reaching, samples: &[RaySample], pictures: &[DMat2], places
 #[test]
 fn every_sample_that_reaches_a_point_is_found_and_few_others_are() {
     let mut random = Stream::new(99);
-    // All of the ball's disc, silhouette included, and a small part of it.
+    // The widths give all of the ball's disc, silhouette included, and a small part of it.
     for width in [1.1, 0.1] {
         let (samples, pictures, reach, places) = map(&mut random, width);
         let beams = RayBeams::new(&samples, &pictures, &reach, &places, 3.0);
@@ -107,7 +107,7 @@ fn no_samples_and_no_points_give_nothing() {
         beams.reaching(point, &mut found);
     }
     assert!(found.is_empty() && beams.byte_count() > samples.len() * 80);
-    // One sample, and its own ray.
+    // A single sample reaches points on its own ray.
     let one = RayBeams::new(&samples[..1], &pictures[..1], &reach[..1], &places[..1], 3.0);
     let at = |distance: f64| -> DVec3 { samples[0].rays.origin + samples[0].rays.direction * distance };
     one.reaching(at(5.0).as_vec3(), &mut found);

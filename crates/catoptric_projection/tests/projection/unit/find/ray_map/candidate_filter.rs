@@ -13,7 +13,7 @@ fn what_one_sample_told_no_other_is_asked() {
     let mut attempts: CandidateFilter = CandidateFilter::default();
     let first = attempts.begin(&candidate(10.0, 4.0, false)).unwrap();
     attempts.end(first, true);
-    // The same place, within the uncertainty of one from eight pixels away.
+    // This is the same place, within the uncertainty of one from eight pixels away.
     assert!(attempts.begin(&candidate(13.0, 8.0, false)).is_none());
     // Another sheet, another place, and a place that is surely another.
     for other in [candidate(10.0, 4.0, true), candidate(15.0, 8.0, false), candidate(10.5, 0.0, false)] {

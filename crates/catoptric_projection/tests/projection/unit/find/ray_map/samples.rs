@@ -76,7 +76,7 @@ fn errors(scene: &Scene, aim: DVec3, spread: f64, path: &[(u32, BounceKind)]) ->
 }
 
 /// Errors fall by 4, 16 and 64 with a quarter of the step; limits in between. The length's fall by 64, but by 16 alone
-/// beyond a focus, where what the wavefront bends is limited.
+/// beyond a focus, where the bend of the wavefront is limited.
 fn check(errors: &Errors, what: &str, length: f64) {
     let [coarse, fine] = &errors.sums;
     assert!(errors.cases > 25, "{what}: {errors:?}");

@@ -1,4 +1,4 @@
-//! How far normals of facets are off.
+//! Errors of the normals of facets.
 
 use catoptric_projection::parts::{ReflectorMesh, interpolated, normal_errors};
 use glam::Vec2;

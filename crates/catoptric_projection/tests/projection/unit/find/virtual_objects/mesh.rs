@@ -64,7 +64,7 @@ fn seams_that_exporters_leave_do_not_open_a_ball() {
     scene.objects[index as usize].surface = None;
     let object = scene.objects[index as usize].clone();
     let size = object.bounds.diagonal();
-    // Every vertex is off by what six decimals of a unit object are, and its normal by rounding.
+    // Every vertex is off by the rounding of six decimals of a unit object, and its normal by rounding.
     let mut random = Stream::new(7);
     let mut off = |most: f32| Vec3::from([0; 3].map(|_| random.next_between(-most, most)));
     for vertex in object.vertices.start as usize..object.vertices.end as usize {

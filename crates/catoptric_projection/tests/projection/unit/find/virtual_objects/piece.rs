@@ -22,7 +22,7 @@ fn what_is_left_in_front_of_a_plane_has_the_area_it_should() {
     };
     assert_eq!(left(-1.0), (0.5, 1));
     assert_eq!(left(2.0), (0.0, 0));
-    // Of the unit triangle the part above y = 1/4 is a triangle, that below y = 1/4 would be the rest.
+    // The part of the unit triangle above y = 1/4 is a triangle, and that below y = 1/4 is the rest.
     assert!((left(0.25).0 - 0.5 * 0.75 * 0.75).abs() < 1e-6);
     let (below, count) = {
         let (mut sum, mut count) = (0.0, 0);

@@ -46,7 +46,7 @@ fn changes_of_virtual_points_are_those_of_differences() {
             position: vector(&mut random),
             normal,
             position_change,
-            // Of a unit normal: across it.
+            // The derivative of a unit normal is across it.
             normal_change: bend - outer(normal, bend.transpose() * normal),
             origin: normal * 3.0 + vector(&mut random),
             triangle: 0,

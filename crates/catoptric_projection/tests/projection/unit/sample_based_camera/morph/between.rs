@@ -34,7 +34,7 @@ fn seen(point: Vec3, bend: f32) -> NodeSightings {
     NodeSightings { focal_index: 0, at: NODES.map(|node| sighting(point, node, bend)) }
 }
 
-/// What is between is where it is to be, within what is said of it, or it is not told.
+/// Half-way sightings are within the error that is given for them, or `None`.
 #[test]
 fn what_is_said_of_errors_holds() {
     let from = Vec3::new(1.0, 2.0, -0.5);
@@ -67,7 +67,7 @@ fn what_is_said_of_errors_holds() {
     assert!(told.iter().all(|count| *count > 5), "{told:?}");
 }
 
-/// Nothing is told of what is another appearance, far away, or beside a jump.
+/// There is no half-way sighting of another appearance, far away, or beside a jump.
 #[test]
 fn not_everything_is_between() {
     let (from, to) = (Vec3::new(1.0, 2.0, -0.5), Vec3::new(1.05, 2.0, -0.5));

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 const NODES: [Vec3; MOST_NODES] =
     [Vec3::ZERO, Vec3::new(0.3, 0.0, 0.0), Vec3::new(0.3, 0.3, 0.0), Vec3::new(0.3, 0.3, 0.3)];
 
-/// What bends with the point's place, but beyond a plane, where nothing appears.
+/// Sightings that depend on the point's place by terms of higher order, but beyond a plane, where nothing appears.
 fn look(point: Vec3) -> Arc<[Sightings]> {
     if point.x > 2.0 {
         return Arc::from([]);
@@ -74,10 +74,10 @@ fn dense_points_are_where_they_are_to_be() {
     }
     let seen = points.iter().filter(|point| point.x <= 2.0).count();
     assert!(told > seen * 3 / 4 && told <= seen, "{told} of {seen}");
-    // What is known is not looked for again.
+    // Known cubes are not searched again.
     field(&known, &points, 1.0, &asked).expect("as before");
     assert_eq!(asked.load(Ordering::Relaxed), first_asked);
-    // In a small mirror the same errors are too large: there smaller cubes are needed.
+    // The same errors are too large in a small mirror: smaller cubes are needed there.
     let small = field(&AroundEye::default(), &points, 0.02, &asked).expect("there are many points");
     assert!(asked.load(Ordering::Relaxed) > 2 * first_asked && small.cube_count() > dense.cube_count());
 }

@@ -41,7 +41,7 @@ fn a_place_is_the_mean_of_its_nodes_and_weights_change_without_a_jump() {
             assert!(change.abs() < 4e-3, "{change} at {node}");
         }
     }
-    // At a node, but for rounding, it alone counts.
+    // A node counts alone at its own place, but for rounding.
     let corners = grid.tetrahedron(ends[0] + Vec3::splat(2.0 * grid.spacing)).unwrap();
     assert!(weight(&corners, UVec3::splat(2)) > 1.0 - 1e-5, "{corners:?}");
     assert_eq!(grid.tetrahedron(ends[0] - Vec3::X * 1e-3), None);

@@ -1,4 +1,4 @@
-//! Nodes, what is kept about them, and what is interpolated.
+//! Nodes, their caches, and interpolation.
 
 mod bake;
 mod between;
