@@ -88,7 +88,8 @@ fn what_surrounds_the_eye_is_seen_from_within() {
     // The same walls seen from behind are a box.
     let eye = boxes(&[room], false).framing(1.5).world_from_camera.translation;
     assert!(!room.contains(eye.into()), "{eye}");
-    // Thick walls, a box with another box's inside in it, are a room if they are as large as one, or if things are within.
+    // Thick walls, a box with another box's inside in it, are a room if they are as large as one, or if things are
+    // within.
     let outside = Aabb { min: room.min - 0.2, max: room.max + 0.2 };
     let chest = |x, z| Aabb { min: Vec3::new(x, 0.0, z), max: Vec3::new(x + 1.0, 1.2, z + 0.8) };
     let chests = [chest(-3.0, -1.8), chest(2.0, -1.8), chest(2.0, 1.0), chest(-3.0, 1.0)];
