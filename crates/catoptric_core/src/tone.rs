@@ -209,7 +209,7 @@ enum Range {
     OfScreen,
     /// Their mean is below a fiftieth of white.
     TooDark,
-    /// A tenth of them is beyond white.
+    /// A tenth of them is beyond white in one of its channels.
     TooBright,
 }
 
@@ -217,7 +217,7 @@ fn range(pixels: impl Iterator<Item = [f32; 4]>) -> Range {
     let (mut sum, mut clipped, mut count) = (0.0f64, 0u32, 0u32);
     for pixel in pixels {
         sum += f64::from(luminance(pixel).min(1.0));
-        clipped += u32::from(pixel[..3].iter().all(|channel| *channel > 1.0));
+        clipped += u32::from(pixel[..3].iter().any(|channel| *channel > 1.0));
         count += 1;
     }
     let least_sum = f64::from(linear_from_srgb(0.15)) * f64::from(count);

@@ -64,7 +64,8 @@ impl Display {
     pub(crate) fn remark(&self) -> Option<String> {
         let stops = self.shown.exposure_stops;
         self.is_chosen.then(|| {
-            format!("the picture would be too dark or too bright: shown at {stops:+.1} EV (--exposure 0 leaves it)")
+            let fault = if stops < 0.0 { "bright" } else { "dark" };
+            format!("the picture would be too {fault}: shown at {stops:+.1} EV (--exposure 0 leaves it)")
         })
     }
 }

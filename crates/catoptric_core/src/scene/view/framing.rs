@@ -17,8 +17,8 @@ const FILLED: f32 = 0.8;
 const SURROUNDING_SHARE: f32 = 0.9;
 /// The least side of a room, in metres.
 const LEAST_ROOM: f32 = 2.0;
-/// How many different triangles are to be seen within for each one from outside: in scenes as large as rooms, which may
-/// be empty, and in smaller ones, where chests and bottles are common.
+/// How many different triangles are to be seen within for each one from outside: of fronts alone in scenes as large as
+/// rooms, which may be empty; of all in smaller ones, where chests, bottles and bodies turned inside out are common.
 const LEAST_SHOWN_IN_ROOM: f32 = 0.5;
 const LEAST_SHOWN_WITHIN: f32 = 1.5;
 /// Directions along each edge of a cube around the eye.
@@ -107,9 +107,18 @@ impl Scene {
         }
         let widest = |surroundings: &Surroundings| surroundings.mean_distance(Vec3::ZERO, -1.0);
         let surroundings = around.into_iter().flatten().max_by(|a, b| widest(a).total_cmp(&widest(b)))?;
-        let is_large = self.bounds.size().min_element() >= LEAST_ROOM;
-        let least_ratio = if is_large { LEAST_SHOWN_IN_ROOM } else { LEAST_SHOWN_WITHIN };
-        if ratio_of_different(&surroundings.fronts, &self.fronts_from_outside()) < least_ratio {
+        let outside = self.triangles_from_outside();
+        let is_worth_it = match self.bounds.size().min_element() >= LEAST_ROOM {
+            true => {
+                let fronts = outside.into_iter().filter(|(_, is_front)| *is_front).map(|(triangle, _)| triangle);
+                ratio_of_different(&surroundings.fronts, &fronts.collect::<Vec<u32>>()) >= LEAST_SHOWN_IN_ROOM
+            }
+            false => {
+                let all: Vec<u32> = outside.into_iter().map(|(triangle, _)| triangle).collect();
+                ratio_of_different(&surroundings.fronts, &all) >= LEAST_SHOWN_WITHIN
+            }
+        };
+        if !is_worth_it {
             return None;
         }
         let ahead = (0..16).map(|index| (index as f32 * (TAU / 16.0)).sine_cosine());
@@ -120,28 +129,29 @@ impl Scene {
         Some(Camera::look_at("framing", eye, eye + ahead, Vec3::Y, FOV_WITHIN_DEG))
     }
 
-    /// The triangles whose fronts are seen from six sides, one for each line of sight that ends at a front.
-    fn fronts_from_outside(&self) -> Vec<u32> {
+    /// The triangles that are seen from six sides, one for each line of sight that meets one, and whether their fronts are.
+    fn triangles_from_outside(&self) -> Vec<(u32, bool)> {
         // From the middle of the scene's box, in its diagonals.
         const DISTANCE: f32 = 4.0;
         let (center, size) = (self.bounds.center(), self.bounds.diagonal());
         let half = Vec3A::from(self.bounds.size() * 0.5).max(Vec3A::splat(1e-3 * size));
-        let mut fronts = Vec::new();
+        let mut triangles = Vec::new();
         for side in 0..6 {
             let axes = axes_towards(side);
             let place = center - Vec3::from(axes.z_axis) * (DISTANCE * size);
             // The box fills the picture.
             let scale = |axis: Vec3A| axis * ((DISTANCE - 0.5) * size / axis.abs().dot(half));
             let axes = Mat3A::from_cols(scale(axes.x_axis), scale(axes.y_axis), axes.z_axis);
-            fronts.extend(self.seen_from(place, axes).iter().filter_map(|seen| seen.front));
+            let seen = self.seen_from(place, axes);
+            triangles.extend(seen.iter().filter(|seen| seen.is_hit()).map(|seen| (seen.triangle, seen.is_front)));
         }
-        fronts
+        triangles
     }
 
     /// Looks at all triangles from a place, along the last of these axes.
     fn seen_from(&self, place: Vec3, axes: Mat3A) -> [Seen; RESOLUTION * RESOLUTION] {
         let (to_view, size) = (axes.transpose(), self.bounds.diagonal());
-        let mut seen = [Seen { distance: f32::INFINITY, front: None }; RESOLUTION * RESOLUTION];
+        let mut seen = [Seen { distance: f32::INFINITY, triangle: 0, is_front: false }; RESOLUTION * RESOLUTION];
         for (index, corners) in self.triangles.iter().enumerate() {
             let corners = corners.map(|vertex| to_view * Vec3A::from((self.positions[vertex as usize] - place) / size));
             look_at_triangle(corners.map(Vec3::from), index as u32, &mut seen);
@@ -173,10 +183,16 @@ impl Scene {
 /// The nearest triangle in one direction.
 #[derive(Clone, Copy)]
 struct Seen {
-    /// In the units of the triangles' corners.
+    /// In the units of the triangles' corners; infinite where there is none.
     distance: f32,
-    /// The triangle, if its front is seen.
-    front: Option<u32>,
+    triangle: u32,
+    is_front: bool,
+}
+
+impl Seen {
+    fn is_hit(&self) -> bool {
+        self.distance.is_finite()
+    }
 }
 
 /// How far it is to the surfaces around a place, in directions all around.
@@ -196,10 +212,10 @@ impl Surroundings {
         for side in 0..6 {
             let axes = axes_towards(side);
             for (index, seen) in scene.seen_from(place, axes).into_iter().enumerate() {
-                fronts.extend(seen.front);
+                fronts.extend(seen.is_front.then_some(seen.triangle));
                 let direction = (axes * Vec3A::from(direction(index))).normalize();
                 // Nothing is to be seen through an opening.
-                distances.push((direction.into(), if seen.distance.is_finite() { seen.distance * size } else { 0.0 }));
+                distances.push((direction.into(), if seen.is_hit() { seen.distance * size } else { 0.0 }));
             }
         }
         (fronts.len() as f32 >= SURROUNDING_SHARE * distances.len() as f32).then_some(Self { place, distances, fronts })
@@ -252,7 +268,7 @@ fn direction(index: usize) -> Vec3 {
 
 /// Keeps a triangle where it is nearer than what was seen before. Of two in one place the one counts that shows its
 /// front.
-fn look_at_triangle(corners: [Vec3; 3], index_of_triangle: u32, seen: &mut [Seen]) {
+fn look_at_triangle(corners: [Vec3; 3], triangle: u32, seen: &mut [Seen]) {
     const SAME_PLACE: f32 = 1e-5;
     let [a, b, c] = corners;
     if corners.iter().all(|corner| corner.z <= 0.0) {
@@ -280,11 +296,10 @@ fn look_at_triangle(corners: [Vec3; 3], index_of_triangle: u32, seen: &mut [Seen
                 let distance = depth * direction.length();
                 let before = &mut seen[index];
                 let is_front = along < 0.0;
-                // Nothing was seen before where this is not a number.
                 let change = distance / before.distance - 1.0;
-                let is_better = if before.front.is_none() && is_front { SAME_PLACE } else { -SAME_PLACE };
-                if before.distance == f32::INFINITY || change < is_better {
-                    *before = Seen { distance, front: is_front.then_some(index_of_triangle) };
+                let is_better = if is_front && !before.is_front { SAME_PLACE } else { -SAME_PLACE };
+                if !before.is_hit() || change < is_better {
+                    *before = Seen { distance, triangle, is_front };
                 }
             }
         }

@@ -102,6 +102,8 @@ fn what_surrounds_the_eye_is_seen_from_within() {
         scene.bounds.contains(scene.framing(1.0).world_from_camera.translation.into())
     };
     assert!(is_seen_from_within(&empty, 1.0) && !is_seen_from_within(&empty, 0.1));
+    // A small body that is turned inside out is seen from outside, too.
+    assert!(!is_seen_from_within(&scene, 0.1));
     assert!(is_seen_from_within(&furnished, 1.0) && is_seen_from_within(&furnished, 0.1));
 }
 
