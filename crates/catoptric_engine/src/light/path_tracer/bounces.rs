@@ -31,7 +31,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         self.bounces_of(start, Some((*encounter, distance)))
     }
 
-    /// What a ray meets first, and how far away that is.
+    /// The surface that a ray meets first, and how far away it is.
     fn met_by(&mut self, segment: &Segment) -> Option<(SurfaceInteraction, f32)> {
         self.ray_count += 1;
         let hit = self.tracer.first_hit(self.scene, &segment.ray, segment.near)?;

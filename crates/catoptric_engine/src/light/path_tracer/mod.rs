@@ -56,7 +56,7 @@ struct Segment {
     bodies: Bodies,
     /// The two-path model has split already.
     split: bool,
-    /// It is one of several rays that left a rough mirror: it stands for a cone.
+    /// The ray is one of several that left a rough mirror: it stands for a cone.
     is_cone: bool,
     /// The light from infinity that was counted where it started, and is taken away if it meets something; `None`: it
     /// brings that light itself.
@@ -300,7 +300,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
         }
     }
 
-    /// What lies on both sides of a surface that a path meets.
+    /// Both sides of a surface that a path meets.
     #[inline(always)]
     fn sides(&self, segment: &Segment, point: &SurfacePoint, material: &Material, outside: bool) -> Sides {
         let matters = self.tracer.bodies().meet() || segment.bodies != Bodies::default();
@@ -328,7 +328,7 @@ impl<'a, F: RadianceField> PathTracer<'a, F> {
             bodies: sides.behind,
             absorption: sides.absorption[1],
             passages: segment.passages + 1,
-            // What was counted where the ray began has been taken away where it met this surface.
+            // Light that was counted where the ray began has been taken away where it met this surface.
             counted: None,
             density: 0.0,
             deferred: None,

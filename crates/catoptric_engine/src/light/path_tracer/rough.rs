@@ -17,7 +17,7 @@ use glam::{Vec2, Vec3};
 pub(super) struct RoughRays {
     /// Rays where a path first meets a rough mirror; further ones get one each.
     pub(super) count: u32,
-    /// Of the numbers that choose them.
+    /// The seed of the numbers that choose them.
     pub(super) seed: u64,
     /// The share of a pixel's side that a path stands for.
     pub(super) footprint_scale: f32,
@@ -54,8 +54,8 @@ impl<F> PathTracer<'_, F> {
 }
 
 impl<F: RadianceField> PathTracer<'_, F> {
-    /// Whether facets of a mirror spread light over more than the cone that a path stands for; `encounter` is that
-    /// before its map turns the normal: what bumps do from path to path says nothing of it.
+    /// True if facets of a mirror spread light over more than the cone that a path stands for; `encounter` is the one
+    /// before the mirror's map turns the normal: what bumps do from path to path says nothing of it.
     pub(super) fn shows_lobe(
         &self,
         segment: &Segment,

@@ -20,7 +20,7 @@ pub(super) struct Waves {
     wave: Vec<(Segment, u32)>,
     /// Where paths end.
     points: ShadingQueue,
-    /// What the first rays may meet.
+    /// The part of the scene that the first rays may meet.
     treelet: Treelet,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct Waves {
 pub struct Cone {
     /// The ray in its middle.
     pub ray: Ray,
-    /// Its change to its neighbours: the cone's width.
+    /// The ray's change to its neighbours: the cone's width.
     pub change: RayDifferential,
     /// Absorption of the medium that it crosses.
     pub absorption: Vec3,
@@ -120,7 +120,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             Segment { is_cone: true, absorption: *absorption, ..first }
         });
         self.radiances_from(starts, sums, |_, _| ());
-        // What hides light from infinity may take away more than there was.
+        // Surfaces that hide light from infinity may take away more than there was.
         sums.iter_mut().for_each(|sum| *sum = sum.max(Vec3::ZERO));
     }
 

@@ -213,7 +213,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             true => 1,
             false => ((self.rough.count as f32 * share.sqrt()).ceil() as u32).clamp(1, self.rough.count),
         };
-        // Its one facet has chosen already whether such a ray is reflected.
+        // The one facet of a cone has chosen already whether such a ray is reflected.
         let is_chosen = segment.is_cone && lobe.is_clear;
         if !is_chosen && lobe.sees_sky(material) {
             return self.push_gathered(segment, throughput, encounter, (lobe, known), [share, count as f32]);

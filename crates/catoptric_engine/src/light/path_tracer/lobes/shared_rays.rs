@@ -460,7 +460,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let WaitingRays { rays, starts } = waiting;
         let (mut found, mut hits) = ([Vec3::ZERO; MOST_RAYS], [None; MOST_RAYS]);
         self.radiances_from(starts.into_iter(), &mut found[..rays.len()], |ray, hit| hits[ray] = hit.copied());
-        // Of the lobe's own rays some have no direction; they count in the density all the same.
+        // Some of the lobe's own rays have no direction; they count in the density all the same.
         let per_ray = EMITTER_RAYS as f32 / shared.count as f32;
         shared.count = rays.len();
         for (index, direction) in rays.into_iter().enumerate() {
