@@ -1,6 +1,9 @@
 //! The bounces of one path of the tree: what pixels are told apart by.
 
-use super::{NearPlane, PathModel, PathTracer, Segment};
+use super::near_plane::NearPlane;
+use super::path_model::PathModel;
+use super::segment::Segment;
+use super::specular_paths::PathTracer;
 use crate::light::radiance_field::RadianceField;
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::step::{LightStep, transmittance};

@@ -1,28 +1,18 @@
 //! Many paths side by side: rays are traced one by one, what they end on is shaded together.
 
-use super::{LOBES, LobeLight, NearPlane, PathTracer, Segment};
+use super::lobe_light::{LOBES, LobeLight};
+use super::near_plane::NearPlane;
+use super::segment::{Segment, Waves};
+use super::specular_paths::PathTracer;
 use crate::light::radiance_field::RadianceField;
-use crate::light::wide_hierarchy::Treelet;
 use crate::optics::step::transmittance;
 use catoptric_core::scene::hit::Hit;
 use catoptric_core::scene::shade::{Barycentrics, SurfaceInteraction};
-use catoptric_core::scene::{Ray, RayDifferential, Role, ShadingQueue, SurfaceQuery, ViewRays};
+use catoptric_core::scene::{Ray, RayDifferential, Role, SurfaceQuery, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Rays that are followed at once: what they hold stays in the cache.
 const AT_ONCE: usize = 256;
-
-/// A thread's buffers.
-#[derive(Default)]
-pub(super) struct Waves {
-    /// The sum that each waiting segment adds to.
-    owners: Vec<u32>,
-    wave: Vec<(Segment, u32)>,
-    /// Where paths end.
-    points: ShadingQueue,
-    /// The part of the scene that the first rays may meet.
-    treelet: Treelet,
-}
 
 /// A ray that stands for a cone.
 pub struct Cone {

@@ -4,10 +4,12 @@
 //! the lobes of all others (spatial reuse by multiple importance, as in Bekaert, Sbert, Halton 2002: Accelerating path
 //! tracing by re-using paths), seen from their own places. Sums are normalised by those of the weights.
 
-use super::super::LEAST_SHARE;
-use super::light::{LOBES, LobeLight, ShownLight};
+use super::super::lobe_light::{LOBES, LobeLight, ShownLight};
+use super::super::path_model::LEAST_SHARE;
+use super::super::segment::Segment;
+use super::super::specular_paths::PathTracer;
+use super::MOST_CONES;
 use super::lobe::{Lobe, SurfaceLobes};
-use super::{MOST_CONES, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{HIDDEN_LOBE, lobe_width};
