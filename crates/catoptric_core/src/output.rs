@@ -83,7 +83,7 @@ pub fn check_writable(path: &Path) -> Result<(), SceneError> {
 /// Moves a file to another path, also to another file system; there it replaces files and is copied into devices.
 ///
 /// # Errors
-/// Those of the system, and a folder of that name.
+/// The errors of the file system, and one for a folder of that name.
 pub fn move_file(from: &Path, to: &Path) -> io::Result<()> {
     let copied = |writer: &mut BufWriter<&mut File>| io::copy(&mut File::open(from)?, writer).map(drop);
     match Destination::of(to)? {
@@ -177,7 +177,7 @@ impl Temporary {
     /// A file in the folder of a path.
     ///
     /// # Errors
-    /// Those of the system, and a missing folder.
+    /// The errors of the file system, and one for a missing folder.
     pub fn beside(path: &Path) -> io::Result<Self> {
         let folder = folder_of(path);
         if !folder.is_dir() {
@@ -198,7 +198,7 @@ impl Temporary {
     /// Puts it in the place of a path: of the file there, behind symbolic links, or into the device there.
     ///
     /// # Errors
-    /// Those of the system, and a folder of that name.
+    /// The errors of the file system, and one for a folder of that name.
     pub fn publish(mut self, path: &Path) -> io::Result<()> {
         match Destination::of(path)? {
             Destination::Device => copy_to_device(self.file.as_file_mut(), path),
@@ -257,7 +257,7 @@ impl TemporaryFolder {
     /// A folder in another one.
     ///
     /// # Errors
-    /// Those of the system.
+    /// The errors of the file system.
     pub fn within(folder: &Path) -> io::Result<Self> {
         let mut registry = registry();
         let folder = tempfile::Builder::new().prefix(PREFIX).tempdir_in(folder)?;
@@ -283,7 +283,7 @@ impl NewFolders {
     /// Makes a folder, and those around it, where they are missing.
     ///
     /// # Errors
-    /// Those of the system.
+    /// The errors of the file system.
     pub fn create(&mut self, folder: &Path) -> io::Result<()> {
         let missing: Vec<&Path> =
             folder.ancestors().take_while(|it| !it.as_os_str().is_empty() && !it.exists()).collect();

@@ -116,7 +116,7 @@ pub fn key_value(text: &str) -> Result<(String, String), String> {
 /// The highest order of paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// What the scene needs.
+    /// The order that the scene needs.
     Auto,
     /// This one.
     Exact(u32),

@@ -56,7 +56,7 @@ impl EnvironmentArgs {
 #[derive(Args, Clone, Copy, Debug, Default)]
 #[command(next_help_heading = "Scene")]
 pub struct GlassArgs {
-    /// What lets light pass and has no volume in the file [default: thin, as the format says]
+    /// Draw objects that let light pass and have no volume in the file this way [default: thin, as the format says]
     #[arg(long, value_enum)]
     pub thin_glass: Option<ThinGlass>,
 }

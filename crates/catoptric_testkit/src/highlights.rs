@@ -31,7 +31,7 @@ pub struct Figure13 {
     pub lit: Scene,
     /// Without.
     plain: Scene,
-    /// Of the first camera, with another field of view.
+    /// The first camera's view, with another field of view.
     pub view: View,
 }
 

@@ -11,9 +11,9 @@ const END: &str = "<!-- end of settings -->";
 /// A method's README.
 #[derive(Clone, Debug)]
 pub struct Readme {
-    /// Its place.
+    /// The README's place.
     pub path: PathBuf,
-    /// Its text.
+    /// The README's text.
     pub text: String,
     /// The text with a current table.
     pub current: String,
@@ -22,7 +22,7 @@ pub struct Readme {
 /// The READMEs of all methods.
 ///
 /// # Errors
-/// Those of reading the files; a file without the marks is invalid data.
+/// The errors of reading the files; a file without the marks is invalid data.
 pub fn readmes() -> io::Result<Vec<Readme>> {
     all().iter().map(|info| readme(info)).collect()
 }

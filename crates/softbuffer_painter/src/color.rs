@@ -64,7 +64,7 @@ pub(crate) fn product(one: u32, other: u32) -> u32 {
     channel(0) | channel(8) | channel(16) | channel(24)
 }
 
-/// What lies between two colours; `share` is the second one's, of 256.
+/// The mixture of two colours; `share` is the second one's, of 256.
 #[inline]
 pub(crate) fn between(one: u32, other: u32, share: u32) -> u32 {
     let mixed =

@@ -31,7 +31,7 @@ enum Way {
     Sampled(TextureFilter),
 }
 
-/// What a shape is filled with.
+/// The filling of a shape.
 #[derive(Debug)]
 pub(crate) struct Fill<'a> {
     texture: &'a Texture,

@@ -20,7 +20,7 @@ pub(crate) struct Pixels {
 }
 
 impl Pixels {
-    /// Those of the pixels whose middles lie between two corners.
+    /// The pixels of these whose middles lie between two corners.
     pub(crate) fn within(&self, [low, high]: [[f64; 2]; 2]) -> Self {
         let cut = |all: &Range<usize>, low: f64, high: f64| {
             let [start, end] = [low, high].map(|at| first_pixel(at).clamp(all.start as f64, all.end as f64) as usize);

@@ -45,7 +45,7 @@ pub(crate) const FAR: f64 = 1e9;
 
 /// The texel whose middle lies before a place, and the share of the next one, of 256.
 pub(crate) fn before(at: f64) -> (i64, u32) {
-    // What meshes say may have any size.
+    // Places that meshes name may have any size.
     let at = at.clamp(-FAR, FAR);
     let first = (at - 0.5).floor();
     (first as i64, ((at - 0.5 - first) * 256.0).round() as u32)

@@ -49,7 +49,7 @@ type Make<'a> = Box<dyn FnOnce(&Context) -> Show<'a> + 'a>;
 /// content is not looked at. The loop may show another window afterwards, but for systems where winit allows it once.
 ///
 /// # Errors
-/// What the desktop refuses.
+/// [`WindowError`] if the desktop gives no events, no window or no pixels.
 pub fn run<'a, Event: Send + 'static, Content: FnMut(&mut Ui) + 'a>(
     event_loop: &mut EventLoop<Event>,
     wake_up: impl Fn() -> Event + Send + Sync + 'static,
@@ -95,7 +95,7 @@ impl Schedule {
     }
 }
 
-/// What answers the desktop's events.
+/// The application that answers the desktop's events.
 struct Desktop<'a> {
     context: Context,
     viewport: ViewportBuilder,
@@ -178,7 +178,7 @@ impl<Event: 'static> ApplicationHandler<Event> for Desktop<'_> {
     }
 }
 
-/// What follows a frame.
+/// The step after a frame.
 enum Next {
     Wait,
     End,
@@ -190,7 +190,7 @@ struct Shown<'a> {
     show: Show<'a>,
     window: Arc<Window>,
     surface: Surface<OwnedDisplayHandle, Arc<Window>>,
-    /// What has happened in the window since the last frame.
+    /// The events of the window since the last frame.
     state: State,
     info: ViewportInfo,
     painter: Painter,

@@ -200,7 +200,7 @@ fn what_lies_in_the_plane_of_glass_and_mirrors_is_seen_wherever_rays_come_from()
     }
 }
 
-/// What an eye within water sees through a wall of glass, and how much the water absorbs.
+/// The view of an eye within water through a wall of glass, and how much the water absorbs.
 #[test]
 fn an_eye_within_a_body_sees_by_its_medium() {
     let mut builder = SceneBuilder::new();

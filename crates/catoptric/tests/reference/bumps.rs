@@ -90,7 +90,8 @@ fn fresnel(incidence: f64, index: f64) -> f64 {
     0.5 * ((difference.sin() / sum.sin()).powi(2) + (difference.tan() / sum.tan()).powi(2))
 }
 
-/// What a facet with a unit normal shows of a sky of squared directions, in glass of this index; `None`: a mirror.
+/// The light of a sky of squared directions that a facet with a unit normal shows, in glass of this index; `None`: a
+/// mirror.
 fn shown(incoming: Vec3, normal: Vec3, index: Option<f32>) -> Vec3 {
     let cosine = -incoming.dot(normal);
     let reflected = incoming + normal * (2.0 * cosine);

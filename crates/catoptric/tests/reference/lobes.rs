@@ -174,7 +174,7 @@ fn what_lies_beyond_the_order_is_the_environment_where_the_scene_says_so() {
     let mut builder = SceneBuilder::new();
     let tint = Vec3::new(0.9, 0.8, 0.7);
     let mirror = builder.material(Material::mirror("mirror", tint));
-    // It turns the view from -z to +x.
+    // The mirror turns the view from -z to +x.
     builder.quad("mirror", Vec3::new(-1.0, -2.0, -1.0), Vec3::new(2.0, 0.0, 2.0), Vec3::Y * 4.0, mirror);
     builder.camera(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 4.0);
     let mut scene = builder.build();

@@ -80,7 +80,7 @@ fn shadows_move_with_what_casts_them() {
         };
         assert_eq!(picture(&moved), picture(&anew));
         assert_ne!(picture(&moved), picture(&before));
-        // What is no other moment of the scene has means of its own.
+        // A scene that is no other moment of this one has means of its own.
         let mut other = floor_and_ball(Material::diffuse("ball", Vec3::ONE), !is_mesh).build();
         cast_shadows_as(&moved, &mut other);
         assert_eq!(picture(&other), picture(&with_shadows(other.clone())));

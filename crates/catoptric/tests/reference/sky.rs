@@ -1,4 +1,4 @@
-//! What surfaces see of light from infinity, by closed forms.
+//! Light from infinity on surfaces, by closed forms.
 
 use catoptric::light::visibility::shadow_sky;
 use catoptric::progress::{Cancelled, Progress, Silent};

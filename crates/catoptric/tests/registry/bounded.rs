@@ -45,7 +45,7 @@ fn what_is_not_done_within_the_limit_is_drawn_by_tiles() {
         for id in ["path_perturbation", "sample_based_camera", "explosion_map", "reflector_search"] {
             let info = methods::all().iter().find(|info| info.id == id).expect("it is a method");
             let limits = info.limits.scenes.iter().find(|limits| limits.scene == name).expect("all scenes have limits");
-            // Of the paths that it draws a method has its own errors.
+            // A method has its own errors on the paths that it draws itself.
             let allowed = error(&tiles).max(limits.orders[1].over_0_1) + 0.005;
             for work in [0, 4, 12] {
                 let Drawn { picture, report, .. } = draw(id, &format!("work = {work}.0"), &scene, &view, quality);

@@ -46,7 +46,7 @@ fn assert_limits(is_asked: impl Fn(&str, &MethodInfo) -> bool + Sync) {
     assert!(faults.is_empty(), "what is reached instead, as it would stand there:\n{}", faults.join("\n"));
 }
 
-/// What methods reach on a scene instead of their limits.
+/// The limits that methods would just keep on a scene, where they do not keep their own.
 fn faults_on(name: &str, asked: &[&MethodInfo]) -> Vec<String> {
     if asked.is_empty() {
         return Vec::new();

@@ -300,7 +300,7 @@ fn leaves_are_as_many_as_the_accuracy_takes() {
         let view = scene.default_view(150, 100);
         of_kind(&overlays("sample_based_camera", settings, &scene, &view, 1), OverlayKind::Leaves).clone()
     };
-    // What a flat mirror shows is what one pinhole behind it sees, whatever the accuracy.
+    // A flat mirror shows what one pinhole behind it sees, whatever the accuracy.
     for settings in ["accuracy_px = 0.1", "accuracy_px = 0.1\ncamera = \"pinhole\""] {
         let flat = leaves("planar_mirror?mirrors=1", settings);
         let cameras = flat.pixels.iter().filter(|group| **group == 1).count();
@@ -325,7 +325,7 @@ fn layers_are_those_that_the_rays_meet() {
     let wrong = truth.iter().enumerate().filter(|(pixel, (path, _))| (layers.pixels[*pixel] != 0) == path.is_empty());
     assert!(wrong.count() * 50 <= truth.len());
     assert!(layers.groups.len() >= 2, "{:?}", layers.groups);
-    // What an object shows is in one layer for the most part.
+    // An object's pixels are in one layer for the most part.
     let mut votes: std::collections::BTreeMap<u32, std::collections::BTreeMap<u16, usize>> = Default::default();
     for (pixel, (path, end)) in truth.iter().enumerate() {
         if let (false, Some(object)) = (path.is_empty(), end) {

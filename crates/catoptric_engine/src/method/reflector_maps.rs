@@ -133,7 +133,7 @@ fn place_of(scene: &Scene, group: &[u32]) -> (Vec3, Vec<u32>) {
 /// Pictures of the six faces of a cube about a point: the wanted objects of a scene, by a shader of each face's view.
 ///
 /// # Errors
-/// Those of the rasteriser.
+/// The errors of the rasteriser.
 pub fn face_pictures<S: LookShader>(
     settings: &ReflectorMapSettings,
     scene: &Scene,

@@ -119,7 +119,7 @@ pub fn draw_with<S: FragmentShader + ?Sized, L: LayerSource>(
 /// possibly more than once. Nothing is shaded, and nothing is drawn if none of the list's triangles may show.
 ///
 /// # Errors
-/// Those of [`draw`].
+/// The errors of [`draw`].
 pub fn for_each_seen<S: FragmentShader + ?Sized>(
     view: &View,
     samples: u32,

@@ -19,7 +19,7 @@ declare_choices! {
     pub enum Disparity {
         /// Infinity.
         None = "none",
-        /// That of a plane, one for each slab (the paper's).
+        /// The distance of a plane, one for each slab (the paper's).
         Plane = "plane",
         /// The captured depth, ray by ray.
         Depth = "depth",

@@ -65,7 +65,7 @@ declare_settings! {
         /// Work that finding a picture's virtual points may take, in units of about 100 ns of one core, for every pixel
         /// of 720 x 480 or more.
         work: f32 = WORK_A_PIXEL, range(0.0, 1e6);
-        /// What draws paths that are not done with that work.
+        /// The way to draw paths that are not done with that work.
         beyond_work: BeyondWork = BeyondWork::Tiles;
     }
 

@@ -15,7 +15,7 @@ declare_choices! {
 declare_settings! {
     /// Settings of multiperspective rasterisation.
     pub struct MultiperspectiveSettings of "multiperspective" {
-        /// What stands for the rays of a tile.
+        /// The model that stands for the rays of a tile.
         model: ModelOfRays = ModelOfRays::Bundles;
         /// The bundle of a tile may miss its rays' places by this much, or it is divided, and pixels of small tiles get
         /// their own rays.

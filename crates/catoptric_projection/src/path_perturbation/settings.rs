@@ -33,7 +33,7 @@ impl ExpansionOrder {
 declare_choices! {
     /// The sample rays that are tried for a point.
     pub enum Candidates {
-        /// Of the rays whose expansions reach the point, those that lead to different places in the picture.
+        /// The rays whose expansions reach the point and that lead to different places in the picture.
         InReach = "in_reach",
         /// The paper's: of the five nearest rays, one for each group by direction and reflection point.
         Nearest = "nearest",
@@ -85,7 +85,7 @@ declare_settings! {
         /// Work that finding a picture's virtual points may take, in units of about 100 ns of one core, for every pixel
         /// of 720 x 480 or more.
         work: f32 = WORK_A_PIXEL, range(0.0, 1e6);
-        /// What draws paths that are not done with that work.
+        /// The way to draw paths that are not done with that work.
         beyond_work: BeyondWork = BeyondWork::Tiles;
         /// Objects so far from a reflector that a look-up by the direction alone misplaces them by at most this are
         /// drawn from an environment map about its centre; 0: none.

@@ -1,5 +1,5 @@
-//! Circles: files, or folders beside each other, that import each other. Those that exist are listed in
-//! `known_circles.txt`, which may only become shorter.
+//! Circles: files, or folders beside each other, that import each other. There are none: the list of known ones,
+//! `known_circles.txt`, is empty.
 
 use crate::graph::{Graph, circles, shortest_way};
 use crate::modules::{Crate, ancestors};

@@ -128,7 +128,7 @@ fn tests_stand_where_they_are_run() {
     assert!(left_out.is_empty(), "tests of these are for the crate's tests/:\n{}", left_out.join("\n"));
 }
 
-/// What is baked has the same bits on every machine, so scenes and radiance take no function from the system's
+/// Baked data has the same bits on every machine, therefore scenes and radiance take no function from the system's
 /// library: those of `math::portable` are for them.
 #[test]
 fn elementary_functions_are_portable() {

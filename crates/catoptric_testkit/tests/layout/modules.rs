@@ -25,7 +25,7 @@ pub(crate) struct File {
 
 struct Name {
     path: Vec<String>,
-    /// Of a function in the module.
+    /// The name is imported within a function of the module.
     is_local: bool,
 }
 

@@ -1,6 +1,9 @@
 //! The bounces of one path of the tree: what pixels are told apart by.
 
-use super::{NearPlane, PathModel, PathTracer, Segment};
+use super::near_plane::NearPlane;
+use super::path_model::PathModel;
+use super::segment::Segment;
+use super::specular_paths::PathTracer;
 use crate::light::radiance_field::RadianceField;
 use crate::optics::path::bundle::{Bounce, BounceKind};
 use crate::optics::step::{LightStep, transmittance};
@@ -31,7 +34,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         self.bounces_of(start, Some((*encounter, distance)))
     }
 
-    /// What a ray meets first, and how far away that is.
+    /// The surface that a ray meets first, and how far away it is.
     fn met_by(&mut self, segment: &Segment) -> Option<(SurfaceInteraction, f32)> {
         self.ray_count += 1;
         let hit = self.tracer.first_hit(self.scene, &segment.ray, segment.near)?;

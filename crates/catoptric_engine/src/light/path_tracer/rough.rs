@@ -1,6 +1,8 @@
 //! Rays that leave rough mirrors: by facets that are seen, as the distribution of Trowbridge and Reitz has them.
 
-use super::{MIN_THROUGHPUT, PathTracer, Segment};
+use super::path_model::{MIN_THROUGHPUT, RoughRays};
+use super::segment::Segment;
+use super::specular_paths::PathTracer;
 use crate::light::bumps::{BumpyMeeting, LeavingPart};
 use crate::light::radiance_field::RadianceField;
 use crate::light::sides::Sides;
@@ -11,26 +13,6 @@ use catoptric_core::scene::microfacets::{extent_of_sample, unshadowed_share, vis
 use catoptric_core::scene::shade::SurfaceInteraction;
 use catoptric_core::scene::{Material, Ray, RayDifferential};
 use glam::{Vec2, Vec3};
-
-/// How rough mirrors are sampled.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RoughRays {
-    /// Rays where a path first meets a rough mirror; further ones get one each.
-    pub(super) count: u32,
-    /// Of the numbers that choose them.
-    pub(super) seed: u64,
-    /// The share of a pixel's side that a path stands for.
-    pub(super) footprint_scale: f32,
-    /// Which of so many paths of a pixel is followed.
-    pub(super) part: u32,
-    pub(super) parts: u32,
-}
-
-impl Default for RoughRays {
-    fn default() -> Self {
-        Self { count: 16, seed: 0, footprint_scale: 1.0, part: 0, parts: 1 }
-    }
-}
 
 impl<F> PathTracer<'_, F> {
     /// The same with so many rays where a path first meets a rough mirror, chosen by numbers of this seed, for paths
@@ -54,8 +36,8 @@ impl<F> PathTracer<'_, F> {
 }
 
 impl<F: RadianceField> PathTracer<'_, F> {
-    /// Whether facets of a mirror spread light over more than the cone that a path stands for; `encounter` is that
-    /// before its map turns the normal: what bumps do from path to path says nothing of it.
+    /// True if facets of a mirror spread light over more than the cone that a path stands for; `encounter` is the one
+    /// before the mirror's map turns the normal: what bumps do from path to path says nothing of it.
     pub(super) fn shows_lobe(
         &self,
         segment: &Segment,

@@ -1,34 +1,24 @@
 //! Many paths side by side: rays are traced one by one, what they end on is shaded together.
 
-use super::{LOBES, LobeLight, NearPlane, PathTracer, Segment};
+use super::lobe_light::{LOBES, LobeLight};
+use super::near_plane::NearPlane;
+use super::segment::{Segment, Waves};
+use super::specular_paths::PathTracer;
 use crate::light::radiance_field::RadianceField;
-use crate::light::wide_hierarchy::Treelet;
 use crate::optics::step::transmittance;
 use catoptric_core::scene::hit::Hit;
 use catoptric_core::scene::shade::{Barycentrics, SurfaceInteraction};
-use catoptric_core::scene::{Ray, RayDifferential, Role, ShadingQueue, SurfaceQuery, ViewRays};
+use catoptric_core::scene::{Ray, RayDifferential, Role, SurfaceQuery, ViewRays};
 use glam::{Vec2, Vec3};
 
 /// Rays that are followed at once: what they hold stays in the cache.
 const AT_ONCE: usize = 256;
 
-/// A thread's buffers.
-#[derive(Default)]
-pub(super) struct Waves {
-    /// The sum that each waiting segment adds to.
-    owners: Vec<u32>,
-    wave: Vec<(Segment, u32)>,
-    /// Where paths end.
-    points: ShadingQueue,
-    /// What the first rays may meet.
-    treelet: Treelet,
-}
-
 /// A ray that stands for a cone.
 pub struct Cone {
     /// The ray in its middle.
     pub ray: Ray,
-    /// Its change to its neighbours: the cone's width.
+    /// The ray's change to its neighbours: the cone's width.
     pub change: RayDifferential,
     /// Absorption of the medium that it crosses.
     pub absorption: Vec3,
@@ -120,7 +110,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             Segment { is_cone: true, absorption: *absorption, ..first }
         });
         self.radiances_from(starts, sums, |_, _| ());
-        // What hides light from infinity may take away more than there was.
+        // Surfaces that hide light from infinity may take away more than there was.
         sums.iter_mut().for_each(|sum| *sum = sum.max(Vec3::ZERO));
     }
 

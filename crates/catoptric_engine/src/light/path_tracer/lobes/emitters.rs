@@ -1,7 +1,9 @@
 //! Surfaces that emit light, sought by rays of their own beside those of lobes.
 
+use super::super::rough::turn;
+use super::super::segment::Segment;
+use super::super::specular_paths::PathTracer;
 use super::lobe::Lobe;
-use super::{PathTracer, Segment, turn};
 use crate::light::radiance_field::RadianceField;
 use crate::optics::step::transmittance;
 use catoptric_core::scene::hit::Hit;

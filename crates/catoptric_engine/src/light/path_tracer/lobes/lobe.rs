@@ -82,7 +82,7 @@ impl Reflectance<'_> {
     #[inline]
     fn entering(&self, cosine: f32) -> Vec3 {
         let reflected = self.of_dielectric(cosine);
-        // What a film sends back of one colour is not made up for by another.
+        // Light of one colour that a film sends back is not made up for by another colour.
         let reflected = if self.films.is_some() { Vec3::splat(reflected.max_element()) } else { reflected };
         Vec3::ONE - reflected
     }

@@ -6,8 +6,11 @@ mod light;
 mod lobe;
 mod shared_rays;
 
-use super::rough::{RoughRays, turn};
-use super::{LEAST_SHARE, MIN_THROUGHPUT, MOST_PASSAGES, PathTracer, Segment};
+use super::lobe_light::LobeLight;
+use super::path_model::{LEAST_SHARE, MIN_THROUGHPUT, MOST_PASSAGES, RoughRays};
+use super::rough::turn;
+use super::segment::Segment;
+use super::specular_paths::PathTracer;
 use crate::light::radiance_field::RadianceField;
 use crate::light::sides::Sides;
 use crate::optics::step::{HIDDEN_LOBE, LightStep, lobe_width};
@@ -16,7 +19,6 @@ use catoptric_core::scene::microfacets::disc_point;
 use catoptric_core::scene::shade::SurfaceInteraction;
 use catoptric_core::scene::{FilmReflectance, Lamps, Lobes, Material, Ray};
 use glam::{Vec2, Vec3};
-pub use light::{LOBES, LobeLight};
 use lobe::{Lobe, SurfaceLobes};
 pub use shared_rays::{SharedLight, SharedRays};
 use std::sync::LazyLock;
@@ -213,7 +215,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
             true => 1,
             false => ((self.rough.count as f32 * share.sqrt()).ceil() as u32).clamp(1, self.rough.count),
         };
-        // Its one facet has chosen already whether such a ray is reflected.
+        // The one facet of a cone has chosen already whether such a ray is reflected.
         let is_chosen = segment.is_cone && lobe.is_clear;
         if !is_chosen && lobe.sees_sky(material) {
             return self.push_gathered(segment, throughput, encounter, (lobe, known), [share, count as f32]);

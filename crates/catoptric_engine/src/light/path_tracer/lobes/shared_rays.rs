@@ -4,10 +4,12 @@
 //! the lobes of all others (spatial reuse by multiple importance, as in Bekaert, Sbert, Halton 2002: Accelerating path
 //! tracing by re-using paths), seen from their own places. Sums are normalised by those of the weights.
 
-use super::super::LEAST_SHARE;
-use super::light::{LOBES, LobeLight, ShownLight};
+use super::super::lobe_light::{LOBES, LobeLight, ShownLight};
+use super::super::path_model::LEAST_SHARE;
+use super::super::segment::Segment;
+use super::super::specular_paths::PathTracer;
+use super::MOST_CONES;
 use super::lobe::{Lobe, SurfaceLobes};
-use super::{MOST_CONES, PathTracer, Segment};
 use crate::light::radiance_field::RadianceField;
 use crate::optics::path::bundle::BounceKind;
 use crate::optics::step::{HIDDEN_LOBE, lobe_width};
@@ -460,7 +462,7 @@ impl<F: RadianceField> PathTracer<'_, F> {
         let WaitingRays { rays, starts } = waiting;
         let (mut found, mut hits) = ([Vec3::ZERO; MOST_RAYS], [None; MOST_RAYS]);
         self.radiances_from(starts.into_iter(), &mut found[..rays.len()], |ray, hit| hits[ray] = hit.copied());
-        // Of the lobe's own rays some have no direction; they count in the density all the same.
+        // Some of the lobe's own rays have no direction; they count in the density all the same.
         let per_ray = EMITTER_RAYS as f32 / shared.count as f32;
         shared.count = rays.len();
         for (index, direction) in rays.into_iter().enumerate() {
