@@ -129,7 +129,8 @@ impl Scene {
         Some(Camera::look_at("framing", eye, eye + ahead, Vec3::Y, FOV_WITHIN_DEG))
     }
 
-    /// The triangles that are seen from six sides, and whether their fronts are: one for each line of sight that meets one.
+    /// The triangles that are seen from six sides, and whether their fronts are; one for each line of sight that meets
+    /// one.
     fn triangles_from_outside(&self) -> Vec<(u32, bool)> {
         // From the middle of the scene's box, in its diagonals.
         const DISTANCE: f32 = 4.0;
