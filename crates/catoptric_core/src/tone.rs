@@ -25,6 +25,9 @@ pub const MIDDLE_GREY: f32 = 0.18;
 /// Automatic exposure changes a picture by no more than this, in stops.
 const MOST_STOPS: f32 = 8.0;
 
+/// By this many stops a picture becomes darker at most: snow in the sun, in physical units, needs 15.
+const STOPS_OF_SUNLIGHT: f32 = 16.0;
+
 impl ToneCurve {
     /// All of them, with the names that programs know them by.
     pub const NAMES: [(Self, &'static str); 4] =
@@ -120,16 +123,22 @@ pub struct Display {
 impl Display {
     /// A display that shows pixels of surfaces well: as they are where a screen can show them. Too bright ones become
     /// darker until one in twenty is beyond white, so that white things stay white; too dark ones become brighter, by
-    /// [`automatic_exposure`], but no brighter than that. Both with [`ToneCurve::Neutral`].
-    pub fn fitting(pixels: impl Iterator<Item = [f32; 4]> + Clone) -> Self {
-        let is_dark = match range(pixels.clone()) {
+    /// [`automatic_exposure`], but neither they nor the background brighter than that. Both with
+    /// [`ToneCurve::Neutral`].
+    pub fn fitting(
+        surfaces: impl Iterator<Item = [f32; 4]> + Clone,
+        background: impl Iterator<Item = [f32; 4]>,
+    ) -> Self {
+        let white = exposure_of_white(surfaces.clone());
+        let exposure_stops = match range(surfaces.clone()) {
             Range::OfScreen => return Self::default(),
-            Range::TooDark => true,
-            Range::TooBright => false,
+            Range::TooBright => white.max(-STOPS_OF_SUNLIGHT),
+            Range::TooDark => automatic_exposure(surfaces).min(white).min(exposure_of_white(background)).max(0.0),
         };
-        let white = exposure_of_white(pixels.clone());
-        let stops = if is_dark { automatic_exposure(pixels).min(white).max(0.0) } else { white };
-        Self { exposure_stops: stops.clamp(-MOST_STOPS, MOST_STOPS), curve: ToneCurve::Neutral }
+        match exposure_stops == 0.0 {
+            true => Self::default(),
+            false => Self { exposure_stops, curve: ToneCurve::Neutral },
+        }
     }
 
     /// The factor on radiance before the tone curve.
@@ -193,11 +202,12 @@ pub fn automatic_exposure(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
     }
 }
 
-/// The exposure, in stops, with which one in twenty pixels is beyond white in one of its channels.
+/// The exposure, in stops, with which one in twenty pixels is beyond white in one of its channels; infinite without
+/// pixels.
 fn exposure_of_white(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
     let mut brightest: Vec<f32> = pixels.map(|[r, g, b, _]| r.max(g).max(b)).collect();
     if brightest.is_empty() {
-        return 0.0;
+        return f32::INFINITY;
     }
     let place = (brightest.len() - 1) * 19 / 20;
     let (_, white, _) = brightest.select_nth_unstable_by(place, f32::total_cmp);

@@ -52,22 +52,25 @@ fn exposure_brings_the_mean_to_middle_grey() {
 /// Bright pixels become white, not middle grey, and dark ones no brighter than white.
 #[test]
 fn displays_change_as_little_as_a_screen_needs() {
-    let fitting = |values: &[(f32, usize)]| {
+    let fitting = |values: &[(f32, usize)], background: f32| {
         let pixels = values.iter().flat_map(|(value, count)| std::iter::repeat_n([*value; 3], *count));
-        Display::fitting(pixels.map(|[r, g, b]| [r, g, b, 1.0]))
+        let background = std::iter::repeat_n([background; 4], 50);
+        Display::fitting(pixels.map(|[r, g, b]| [r, g, b, 1.0]), background)
     };
-    assert_eq!(fitting(&[(0.3, 100)]), Display::default());
-    assert_eq!(fitting(&[]), Display::default());
-    let brighter: [(&[(f32, usize)], f32); 6] = [
-        (&[(4.0, 100)], -2.0),
-        (&[(4.0, 11), (0.5, 89)], -2.0),
-        (&[(400.0, 4), (4.0, 11), (0.5, 85)], -2.0),
-        (&[(0.18 / 16.0, 100)], 4.0),
-        (&[(1e-9, 94), (0.25, 6)], 2.0),
-        (&[(1e9, 100)], -8.0),
+    assert_eq!(fitting(&[(0.3, 100)], 9.0), Display::default());
+    assert_eq!(fitting(&[(0.18 / 16.0, 100)], 4.0), Display::default());
+    assert_eq!(fitting(&[], 0.5), Display::default());
+    let fits: [(&[(f32, usize)], f32, f32); 7] = [
+        (&[(4.0, 100)], 0.0, -2.0),
+        (&[(4.0, 11), (0.5, 89)], 9.0, -2.0),
+        (&[(400.0, 4), (4.0, 11), (0.5, 85)], 0.0, -2.0),
+        (&[(0.18 / 16.0, 100)], 0.0, 4.0),
+        (&[(0.18 / 16.0, 100)], 0.25, 2.0),
+        (&[(1e-9, 94), (0.25, 6)], 0.0, 2.0),
+        (&[(1e9, 100)], 0.0, -16.0),
     ];
-    for (values, stops) in brighter {
-        let display = fitting(values);
+    for (values, background, stops) in fits {
+        let display = fitting(values, background);
         assert_eq!(display.curve, ToneCurve::Neutral);
         assert!((display.exposure_stops - stops).abs() < 1e-4, "{values:?}: {display:?}");
     }
