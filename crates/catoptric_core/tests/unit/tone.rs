@@ -49,6 +49,9 @@ fn exposure_brings_the_mean_to_middle_grey() {
     assert_eq!(automatic_exposure(std::iter::empty()), 0.0);
 }
 
+/// Values of surfaces and how many pixels have each; the value of the background; the stops that fit.
+type Fit = (&'static [(f32, usize)], f32, f32);
+
 /// Bright pixels become white, not middle grey, and dark ones no brighter than white.
 #[test]
 fn displays_change_as_little_as_a_screen_needs() {
@@ -60,7 +63,7 @@ fn displays_change_as_little_as_a_screen_needs() {
     assert_eq!(fitting(&[(0.3, 100)], 9.0), Display::default());
     assert_eq!(fitting(&[(0.18 / 16.0, 100)], 4.0), Display::default());
     assert_eq!(fitting(&[], 0.5), Display::default());
-    let fits: [(&[(f32, usize)], f32, f32); 7] = [
+    let fits: [Fit; 7] = [
         (&[(4.0, 100)], 0.0, -2.0),
         (&[(4.0, 11), (0.5, 89)], 9.0, -2.0),
         (&[(400.0, 4), (4.0, 11), (0.5, 85)], 0.0, -2.0),

@@ -25,7 +25,7 @@ pub enum Ends {
     /// Drawn: appearances are followed to their ends.
     #[default]
     Followed,
-    /// Left to something else, with the blocks of the picture where they may show ([`VirtualMesh::holes`]).
+    /// Left to something else, with the blocks of the picture where they may show (`VirtualMesh::holes`).
     LeftOut,
 }
 
