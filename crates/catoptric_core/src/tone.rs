@@ -121,19 +121,18 @@ pub struct Display {
 }
 
 impl Display {
-    /// A display that shows pixels of surfaces well: as they are where a screen can show them. Too bright ones become
-    /// darker until one in twenty is beyond white, so that white things stay white; too dark ones become brighter, by
-    /// [`automatic_exposure`], but neither they nor the background brighter than that. Both with
+    /// A display that shows the surfaces in a picture well: as they are where a screen can show them. Too bright ones
+    /// become darker until one pixel in twenty is beyond white, so that white things stay white; too dark ones become
+    /// brighter, by [`automatic_exposure`], but neither they nor the background brighter than that. Both with
     /// [`ToneCurve::Neutral`].
-    pub fn fitting(
-        surfaces: impl Iterator<Item = [f32; 4]> + Clone,
-        background: impl Iterator<Item = [f32; 4]>,
-    ) -> Self {
-        let white = exposure_of_white(surfaces.clone());
-        let exposure_stops = match range(surfaces.clone()) {
+    ///
+    /// `is_surface` says of each pixel whether it shows a surface or the background.
+    pub fn fitting(picture: &Framebuffer, is_surface: &[bool]) -> Self {
+        let white = |of_surfaces| exposure_of_white(pixels_where(picture, is_surface, of_surfaces));
+        let exposure_stops = match range(pixels_where(picture, is_surface, true)) {
             Range::OfScreen => return Self::default(),
-            Range::TooBright => white.max(-STOPS_OF_SUNLIGHT),
-            Range::TooDark => automatic_exposure(surfaces).min(white).min(exposure_of_white(background)).max(0.0),
+            Range::TooBright => white(true).max(-STOPS_OF_SUNLIGHT),
+            Range::TooDark => automatic_exposure(picture, is_surface).min(white(true)).min(white(false)).max(0.0),
         };
         match exposure_stops == 0.0 {
             true => Self::default(),
@@ -183,13 +182,19 @@ fn luminance([r, g, b, _]: [f32; 4]) -> f32 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// The exposure, in stops, that brings the mean of the logarithm of the luminance of pixels to [`MIDDLE_GREY`], eight
-/// at most; 0 without pixels.
-pub fn automatic_exposure(pixels: impl Iterator<Item = [f32; 4]>) -> f32 {
+/// The pixels that show surfaces, or those that show the background.
+fn pixels_where(picture: &Framebuffer, is_surface: &[bool], of_surfaces: bool) -> impl Iterator<Item = [f32; 4]> {
+    let chosen = picture.pixels.iter().zip(is_surface).filter(move |(_, is_surface)| **is_surface == of_surfaces);
+    chosen.map(|(pixel, _)| *pixel)
+}
+
+/// The exposure, in stops, that brings the mean of the logarithm of the luminance of surfaces to [`MIDDLE_GREY`], eight
+/// at most; 0 without surfaces. `is_surface` says of each pixel whether it shows one.
+pub fn automatic_exposure(picture: &Framebuffer, is_surface: &[bool]) -> f32 {
     // Black must not decide: below a step of eight bits after the brightest exposure all is the same.
     const BLACK: f32 = 1e-5;
     let (mut sum, mut count) = (0.0f64, 0u32);
-    for pixel in pixels {
+    for pixel in pixels_where(picture, is_surface, true) {
         sum += f64::from(luminance(pixel).max(BLACK).logarithm2());
         count += 1;
     }

@@ -29,13 +29,9 @@ impl Display {
             return Self { shown, is_chosen: false };
         }
         let mask = surface_mask(scene, view);
-        let pixels = |are_surfaces: bool| {
-            let chosen = picture.pixels.iter().zip(&mask).filter(move |(_, is_surface)| **is_surface == are_surfaces);
-            chosen.map(|(pixel, _)| *pixel)
-        };
         let mut shown = match args.exposure {
-            None => tone::Display::fitting(pixels(true), pixels(false)),
-            Some(_) => tone::Display { exposure_stops: automatic_exposure(pixels(true)), curve: ToneCurve::Neutral },
+            None => tone::Display::fitting(picture, &mask),
+            Some(_) => tone::Display { exposure_stops: automatic_exposure(picture, &mask), curve: ToneCurve::Neutral },
         };
         let is_chosen = args.exposure.is_none() && shown != tone::Display::default();
         shown.curve = chosen_curve.unwrap_or(shown.curve);

@@ -43,10 +43,24 @@ fn neutral_has_its_published_values() {
 
 #[test]
 fn exposure_brings_the_mean_to_middle_grey() {
-    let pixels = |value: f32| std::iter::repeat_n([value, value, value, 1.0], 10);
-    assert!((automatic_exposure(pixels(0.045)) - 2.0).abs() < 1e-4);
-    assert_eq!(automatic_exposure(pixels(1e9)), -8.0);
-    assert_eq!(automatic_exposure(std::iter::empty()), 0.0);
+    let automatic = |values: &[(f32, usize)]| {
+        let (picture, is_surface) = surfaces_before(values, 0.7);
+        automatic_exposure(&picture, &is_surface)
+    };
+    assert!((automatic(&[(0.045, 10)]) - 2.0).abs() < 1e-4);
+    assert_eq!(automatic(&[(1e9, 10)]), -8.0);
+    assert_eq!(automatic(&[]), 0.0);
+}
+
+/// A picture of surfaces, by values and how many pixels have each, before a background of 50 pixels; and which pixels
+/// show surfaces.
+fn surfaces_before(values: &[(f32, usize)], background: f32) -> (Framebuffer, Vec<bool>) {
+    let surfaces = values.iter().flat_map(|(value, count)| std::iter::repeat_n(*value, *count));
+    let all: Vec<(f32, bool)> =
+        surfaces.map(|value| (value, true)).chain(std::iter::repeat_n((background, false), 50)).collect();
+    let pixels: Vec<[f32; 4]> = all.iter().map(|(value, _)| [*value, *value, *value, 1.0]).collect();
+    let picture = Framebuffer::of_pixels(pixels.len() as u32, 1, pixels);
+    (picture, all.into_iter().map(|(_, is_surface)| is_surface).collect())
 }
 
 /// Values of surfaces and how many pixels have each; the value of the background; the stops that fit.
@@ -56,9 +70,8 @@ type Fit = (&'static [(f32, usize)], f32, f32);
 #[test]
 fn displays_change_as_little_as_a_screen_needs() {
     let fitting = |values: &[(f32, usize)], background: f32| {
-        let pixels = values.iter().flat_map(|(value, count)| std::iter::repeat_n([*value; 3], *count));
-        let background = std::iter::repeat_n([background; 4], 50);
-        Display::fitting(pixels.map(|[r, g, b]| [r, g, b, 1.0]), background)
+        let (picture, is_surface) = surfaces_before(values, background);
+        Display::fitting(&picture, &is_surface)
     };
     assert_eq!(fitting(&[(0.3, 100)], 9.0), Display::default());
     assert_eq!(fitting(&[(0.18 / 16.0, 100)], 4.0), Display::default());

@@ -47,11 +47,7 @@ fn fitting_display(scene: &Arc<Scene>, camera: &Camera) -> (Display, f32) {
         return (Display::default(), 0.0);
     }
     let mask = surface_mask(scene, &view);
-    let pixels = |are_surfaces: bool| {
-        let chosen = picture.pixels.iter().zip(&mask).filter(move |(_, is_surface)| **is_surface == are_surfaces);
-        chosen.map(|(pixel, _)| *pixel)
-    };
-    (Display::fitting(pixels(true), pixels(false)), automatic_exposure(pixels(true)))
+    (Display::fitting(&picture, &mask), automatic_exposure(&picture, &mask))
 }
 
 /// A loaded scene.

@@ -107,18 +107,9 @@ impl Scene {
         }
         let widest = |surroundings: &Surroundings| surroundings.mean_distance(Vec3::ZERO, -1.0);
         let surroundings = around.into_iter().flatten().max_by(|a, b| widest(a).total_cmp(&widest(b)))?;
-        let outside = self.triangles_from_outside();
-        let is_worth_it = match self.bounds.size().min_element() >= LEAST_ROOM {
-            true => {
-                let fronts = outside.into_iter().filter(|(_, is_front)| *is_front).map(|(triangle, _)| triangle);
-                ratio_of_different(&surroundings.fronts, &fronts.collect::<Vec<u32>>()) >= LEAST_SHOWN_IN_ROOM
-            }
-            false => {
-                let all: Vec<u32> = outside.into_iter().map(|(triangle, _)| triangle).collect();
-                ratio_of_different(&surroundings.fronts, &all) >= LEAST_SHOWN_WITHIN
-            }
-        };
-        if !is_worth_it {
+        let is_large = self.bounds.size().min_element() >= LEAST_ROOM;
+        let least_ratio = if is_large { LEAST_SHOWN_IN_ROOM } else { LEAST_SHOWN_WITHIN };
+        if ratio_of_different(&surroundings.fronts, &self.triangles_from_outside(is_large)) < least_ratio {
             return None;
         }
         let ahead = (0..16).map(|index| (index as f32 * (TAU / 16.0)).sine_cosine());
@@ -129,9 +120,8 @@ impl Scene {
         Some(Camera::look_at("framing", eye, eye + ahead, Vec3::Y, FOV_WITHIN_DEG))
     }
 
-    /// The triangles that are seen from six sides, and whether their fronts are; one for each line of sight that meets
-    /// one.
-    fn triangles_from_outside(&self) -> Vec<(u32, bool)> {
+    /// The triangles that are seen from six sides, or those of them that show their fronts; one for each line of sight.
+    fn triangles_from_outside(&self, fronts_alone: bool) -> Vec<u32> {
         // From the middle of the scene's box, in its diagonals.
         const DISTANCE: f32 = 4.0;
         let (center, size) = (self.bounds.center(), self.bounds.diagonal());
@@ -143,8 +133,8 @@ impl Scene {
             // The box fills the picture.
             let scale = |axis: Vec3A| axis * ((DISTANCE - 0.5) * size / axis.abs().dot(half));
             let axes = Mat3A::from_cols(scale(axes.x_axis), scale(axes.y_axis), axes.z_axis);
-            let seen = self.seen_from(place, axes);
-            triangles.extend(seen.iter().filter(|seen| seen.is_hit()).map(|seen| (seen.triangle, seen.is_front)));
+            let counts = |seen: &&Seen| seen.is_front || (seen.is_hit() && !fronts_alone);
+            triangles.extend(self.seen_from(place, axes).iter().filter(counts).map(|seen| seen.triangle));
         }
         triangles
     }

@@ -1,4 +1,4 @@
-//! Who finds out how points appear wherever the eye is, and where the eye is on a path.
+//! The trait of projectors that find how points appear wherever the eye is, and where the eye is on a path.
 
 use super::meshes::SteadyMeshes;
 use crate::draw::virtual_mesh::picture_scale::PictureScale;
