@@ -127,12 +127,12 @@ pub(crate) fn pose(
         error => error.into(),
     });
     let mut scene = posed?;
-    if shadows == Shadows::On {
+    if let Some(bounces) = shadows.bounces() {
         match before {
             Some(before) => cast_shadows_as(before, &mut scene),
             None => cast_shadows(&mut scene),
         }
-        shadow_sky(&mut scene, progress).map_err(RenderError::from)?;
+        shadow_sky(&mut scene, bounces, progress).map_err(RenderError::from)?;
     }
     Ok(scene)
 }

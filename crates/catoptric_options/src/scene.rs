@@ -1,6 +1,7 @@
 //! The scene, its environment, and the roles of its parts.
 
 use crate::parse;
+use catoptric::light::visibility::DIFFUSE_BOUNCES;
 use catoptric_scenes::import::EnvironmentEdit;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,8 @@ pub struct SceneArgs {
     /// Make objects of this node or material name mirrors (repeat; of several roles of an object the last holds)
     #[arg(long, alias = "mirror", value_name = "GLOB")]
     pub reflector: Vec<String>,
-    /// Shadows of the file's lights and of the environment, and the light of surfaces that emit it
+    /// Shadows of the file's lights and of the environment, the light of surfaces that emit it, and that which surfaces
+    /// scatter onto each other
     #[arg(long, value_enum, default_value = "on")]
     pub shadows: Shadows,
     /// Roles of other kinds, and the moment.
@@ -91,12 +93,23 @@ pub struct PoseArgs {
 /// Shadows of lights and of the environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Shadows {
-    /// They are cast.
-    #[value(help = None::<&str>)]
+    /// All of it, to four bounces between surfaces
     On,
-    /// There are none.
-    #[value(help = None::<&str>)]
+    /// Without light from surface to surface
+    Direct,
+    /// Neither shadows nor light of surfaces
     Off,
+}
+
+impl Shadows {
+    /// Bounces of light between surfaces; `None` without shadows.
+    pub fn bounces(self) -> Option<u32> {
+        match self {
+            Self::On => Some(DIFFUSE_BOUNCES),
+            Self::Direct => Some(0),
+            Self::Off => None,
+        }
+    }
 }
 
 /// Choices among what a scene's files have several of.

@@ -1,8 +1,9 @@
 //! Light from infinity on surfaces, by closed forms.
 
-use catoptric::light::visibility::shadow_sky;
+use catoptric::light::visibility::{cast_shadows, shadow_sky};
 use catoptric::progress::{Cancelled, Progress, Silent};
-use catoptric::scene::{Environment, Material, Scene};
+use catoptric::scene::shade::Barycentrics;
+use catoptric::scene::{Environment, Light, LightKind, Material, Scene};
 use catoptric_testkit::scenes::SceneBuilder;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -19,7 +20,7 @@ fn on_a_floor(sky: Environment, add: impl Fn(&mut SceneBuilder)) -> Scene {
     add(&mut builder);
     let mut scene = builder.build();
     scene.environment = Some(Arc::new(sky));
-    shadow_sky(&mut scene, &Silent).expect("nobody cancels it");
+    shadow_sky(&mut scene, 0, &Silent).expect("nobody cancels it");
     scene
 }
 
@@ -35,7 +36,7 @@ fn floor_at(scene: &Scene, x: f32, z: f32) -> f32 {
         let area = ab.cross(ac).y;
         let at = Vec2::new(ap.cross(ac).y, ab.cross(ap).y) / area;
         if at.min_element() >= 0.0 && at.element_sum() <= 1.0 {
-            let barycentrics = catoptric::scene::shade::Barycentrics { value: at, ..Default::default() };
+            let barycentrics = Barycentrics { value: at, ..Default::default() };
             return scene.radiance(&scene.surface_point(triangle, &barycentrics), Vec3::Y).x;
         }
     }
@@ -160,6 +161,47 @@ fn suns_cast_sharp_shadows() {
     }
 }
 
+/// White things under an even sky are as bright as it, wherever they hide it from each other: what one takes from
+/// another it gives back.
+#[test]
+fn white_things_under_an_even_sky_are_as_bright_as_it() {
+    let mut scene = on_a_floor(even_sky(), |builder| {
+        let white = builder.material(Material::diffuse("white", Vec3::ONE));
+        builder.sphere_mesh("ball", Vec3::Y * 1.5, 1.0, 48, white);
+    });
+    let places = [(0.0, 0.0), (0.4, 0.1), (-1.2, 0.7), (0.0, -3.0)];
+    let hidden = |scene: &Scene| places.map(|(x, z)| 1.0 - floor_at(scene, x, z));
+    assert!(hidden(&scene)[0] > 0.4, "{:?}", hidden(&scene));
+    shadow_sky(&mut scene, 32, &Silent).expect("nobody cancels it");
+    // As much again as the light of the sky itself may be off.
+    assert!(hidden(&scene).iter().all(|hidden| hidden.abs() < 0.05), "{:?}", hidden(&scene));
+}
+
+/// Inside a ball each bounce adds the same light everywhere: a share of the one before (the integrating sphere).
+#[test]
+fn light_in_a_ball_is_a_geometric_series() {
+    let (radius, share, intensity) = (2.0, 0.6, Vec3::new(3.0, 2.0, 1.0));
+    let mut builder = SceneBuilder::new();
+    let grey = builder.material(Material { double_sided: true, ..Material::diffuse("grey", Vec3::splat(share)) });
+    builder.sphere_mesh("ball", Vec3::ZERO, radius, 48, grey);
+    let mut scene = builder.build();
+    let kind = LightKind::Point { range: f32::INFINITY };
+    scene.lights = vec![Light { kind, intensity, position: Vec3::ZERO, direction: Vec3::NEG_Z }];
+    cast_shadows(&mut scene);
+    for bounces in [0, 1, 4] {
+        shadow_sky(&mut scene, bounces, &Silent).expect("nobody cancels it");
+        let series: f32 = (0..=bounces).map(|bounce| share.powi(bounce as i32)).sum();
+        let expected = intensity / (radius * radius) * (share / PI * series);
+        // Those at the poles have no extent.
+        for triangle in (200..scene.triangles.len() as u32 - 200).step_by(97) {
+            let barycentrics = Barycentrics { value: Vec2::splat(0.3), ..Default::default() };
+            let point = scene.surface_point(triangle, &barycentrics);
+            let found = scene.radiance(&point, -point.normal);
+            assert!((found / expected - 1.0).abs().max_element() < 0.03, "{bounces}: {found}, {expected}");
+        }
+    }
+}
+
 /// Work that is called off leaves the sky as it is without shadows.
 #[test]
 fn shadows_of_the_sky_can_be_called_off() {
@@ -172,6 +214,6 @@ fn shadows_of_the_sky_can_be_called_off() {
     }
     let mut scene = on_a_floor(even_sky(), |_| ());
     assert!(scene.sky.is_some());
-    assert_eq!(shadow_sky(&mut scene, &CalledOff), Err(Cancelled));
+    assert_eq!(shadow_sky(&mut scene, 1, &CalledOff), Err(Cancelled));
     assert!(scene.sky.is_none());
 }

@@ -131,7 +131,7 @@ fn small_emitters_are_sought_by_rays_of_their_own() {
     builder.camera(Vec3::new(0.0, 1.6, 4.0), Vec3::ZERO, 40.0);
     let mut scene = builder.build();
     scene.environment = Some(Arc::new(Environment::new("dark", 64, 32, vec![[0.01; 3]; 64 * 32])));
-    shadow_sky(&mut scene, &Silent).expect("nobody cancels it");
+    shadow_sky(&mut scene, 0, &Silent).expect("nobody cancels it");
     let view = scene.default_view(48, 32);
     let quality = Quality { samples: 4, order: 2 };
     let drawn = picture("auto", "", &scene, &view, quality);

@@ -49,8 +49,11 @@ impl Scene {
         }
         let has_shadows = self.light_visibility.is_some() && !self.lights.is_empty();
         put_printed(sink, &(&self.lights, has_shadows));
-        if self.sky.is_some() {
+        if let Some(sky) = &self.sky {
             put_printed(sink, &"shadows of the environment");
+            if sky.is_scattered() {
+                put_printed(sink, &"light between surfaces");
+            }
         }
         match &self.environment {
             Some(environment) => environment.write_identity(sink),

@@ -44,6 +44,7 @@ use crate::error::SceneError;
 use crate::math::Aabb;
 use crate::surface::PlacedSurface;
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use hit::Hit;
 use std::any::Any;
 use std::fmt::Debug;
 use std::ops::Range;
@@ -120,6 +121,10 @@ pub trait LightVisibility: Debug + Send + Sync {
             *passing = way.map_or(Vec3::ONE, |(ray, distance)| self.passing(scene, &ray, distance));
         }
     }
+
+    /// The first surface along a ray that stops light, if any does, and the share of light of each colour that passes
+    /// what lies before it.
+    fn first_stop(&self, scene: &Scene, ray: &Ray) -> Option<(Hit, Vec3)>;
 
     /// The hierarchy of what stands in the way, which rays of sight use as well if it is of the same objects.
     fn hierarchy(&self) -> &dyn Any;

@@ -155,6 +155,12 @@ impl Tracer {
         self.walk(scene, ray, 0.0).passing(distance, clear)
     }
 
+    /// The first surface along a ray that stops light, as [`Self::passing`] has it, among some objects if they are given.
+    pub(crate) fn first_stop(&self, scene: &Scene, ray: &Ray, objects: Option<&[bool]>) -> Option<Hit> {
+        let walk = Walk { objects, ..self.walk(scene, ray, 0.0) };
+        self.details(scene, ray, 0.0, walk.first_stop()?)
+    }
+
     /// The bodies of glass and liquid.
     pub(crate) fn bodies(&self) -> &SceneBodies {
         &self.bodies
@@ -340,6 +346,29 @@ impl Walk<'_> {
             }
         }
         self.is_blocked_in::<Portable>(distance)
+    }
+
+    /// The nearest primitive that stops light, with AVX2 where the machine has it.
+    fn first_stop(&self) -> Option<PrimitiveMet> {
+        #[cfg(target_arch = "x86_64")]
+        {
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            fn with_avx2(walk: &Walk<'_>) -> Option<PrimitiveMet> {
+                walk.first_stop_in::<Avx2>()
+            }
+            if Avx2::is_available() {
+                #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
+                return unsafe { with_avx2(self) };
+            }
+        }
+        self.first_stop_in::<Portable>()
+    }
+
+    #[inline(always)]
+    fn first_stop_in<S: SignBits>(&self) -> Option<PrimitiveMet> {
+        let passes = |hit: &TriangleHit| self.passes::<false>(hit);
+        let surface = |object: u32, far: f32| self.surface(object, far);
+        self.hierarchy.nearest_of_all::<S>(self.ray, self.near, f32::INFINITY, passes, surface, &mut ())
     }
 
     /// The share of light that goes straight on to a distance.

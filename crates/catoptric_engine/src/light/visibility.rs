@@ -3,6 +3,7 @@
 use super::tracer::Tracer;
 use super::wide_hierarchy::Treelet;
 use catoptric_core::progress::{Cancelled, Progress};
+use catoptric_core::scene::hit::Hit;
 use catoptric_core::scene::{AlphaMode, Light, LightVisibility, Material, Ray, Role, Scene};
 use glam::Vec3;
 use std::any::Any;
@@ -16,7 +17,19 @@ struct ShadowRays {
     tracer: Tracer,
     /// Which objects let light pass; empty: none of them.
     clear: Vec<bool>,
+    /// The others; empty: all.
+    opaque: Vec<bool>,
 }
+
+impl ShadowRays {
+    fn new(tracer: Tracer, clear: Vec<bool>) -> Self {
+        let opaque = clear.iter().map(|is_clear| !is_clear).collect();
+        Self { tracer, clear, opaque }
+    }
+}
+
+/// A distance along a ray that ends before a surface, as a share of that to the surface.
+const BEFORE: f32 = 1.0 - 1e-5;
 
 impl LightVisibility for ShadowRays {
     fn passing(&self, scene: &Scene, ray: &Ray, distance: f32) -> Vec3 {
@@ -33,14 +46,27 @@ impl LightVisibility for ShadowRays {
         });
     }
 
+    fn first_stop(&self, scene: &Scene, ray: &Ray) -> Option<(Hit, Vec3)> {
+        let objects = if self.opaque.is_empty() { None } else { Some(self.opaque.as_slice()) };
+        let hit = self.tracer.first_stop(scene, ray, objects)?;
+        let passing = match objects {
+            Some(_) => self.tracer.passing(scene, ray, hit.distance() * BEFORE, &self.clear),
+            None => Vec3::ONE,
+        };
+        Some((hit, passing))
+    }
+
     fn hierarchy(&self) -> &dyn Any {
         &self.tracer
     }
 
     fn moved_to(&self, scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
-        Some(Arc::new(Self { tracer: self.tracer.refitted(scene)?, clear: self.clear.clone() }))
+        Some(Arc::new(Self::new(self.tracer.refitted(scene)?, self.clear.clone())))
     }
 }
+
+/// Bounces of light between surfaces that scatter it, where nobody asks for others: as in Cycles.
+pub const DIFFUSE_BOUNCES: u32 = 4;
 
 /// Gives a scene with lights shadows: from then on every method asks rays whether a light is seen from a point that it
 /// shades. Without lights nothing changes.
@@ -58,7 +84,7 @@ pub fn cast_shadows(scene: &mut Scene) {
 
 fn means(scene: &Scene) -> Arc<dyn LightVisibility> {
     let tracer = Tracer::build(scene, |object| !scene.material_of(object).unlit);
-    Arc::new(ShadowRays { tracer, clear: clear(scene) })
+    Arc::new(ShadowRays::new(tracer, clear(scene)))
 }
 
 /// Which objects let light pass; empty: none of them.
@@ -69,21 +95,20 @@ fn clear(scene: &Scene) -> Vec<bool> {
 }
 
 /// Shadows a scene's environment: from then on surfaces scatter what they see of it, not all of it, and the light of
-/// surfaces that emit it. Without either nothing changes.
+/// surfaces that emit it or, after so many bounces, scatter it. Without light nothing changes.
 ///
 /// The same surfaces cast shadows as of lights. It is made for one pose.
 ///
 /// # Errors
 /// [`Cancelled`]; nothing is shadowed then.
-pub fn shadow_sky(scene: &mut Scene, progress: &dyn Progress) -> Result<(), Cancelled> {
+pub fn shadow_sky(scene: &mut Scene, bounces: u32, progress: &dyn Progress) -> Result<(), Cancelled> {
     scene.sky = None;
-    if scene.environment.is_none() && !has_emitters(scene) {
+    let is_lit = bounces > 0 && !scene.lights.is_empty();
+    if scene.environment.is_none() && !has_emitters(scene) && !is_lit {
         return Ok(());
     }
     let means = scene.light_visibility.clone().unwrap_or_else(|| means(scene));
-    scene.sky = scene.seen_sky(&*means, progress)?.map(Arc::new);
-    scene.light_visibility = Some(means);
-    Ok(())
+    scene.see_sky(means, bounces, progress)
 }
 
 fn has_emitters(scene: &Scene) -> bool {
@@ -100,16 +125,24 @@ pub fn cast_shadows_as(before: &Scene, scene: &mut Scene) {
 }
 
 /// [`shadow_sky`] for another moment of a scene whose sky is shadowed, `before`: where the same triangles are
-/// elsewhere, shares of the sky stay with them, as finding them takes longer than a frame. Shadows of suns are those
-/// of the moment.
+/// elsewhere, shares of the sky and the light of surfaces stay with them, as finding them takes longer than a frame.
+/// Shadows of suns are those of the moment.
 ///
 /// # Errors
 /// [`Cancelled`]; nothing is shadowed then.
-pub fn shadow_sky_as(before: &Scene, scene: &mut Scene, progress: &dyn Progress) -> Result<(), Cancelled> {
-    let has_same_light = match (&before.environment, &scene.environment) {
+pub fn shadow_sky_as(
+    before: &Scene,
+    scene: &mut Scene,
+    bounces: u32,
+    progress: &dyn Progress,
+) -> Result<(), Cancelled> {
+    let has_same_sky = match (&before.environment, &scene.environment) {
         (Some(before), Some(now)) => Arc::ptr_eq(before, now),
         (before, now) => before.is_none() && now.is_none(),
     };
+    // Lamps may move, too, but not shine otherwise.
+    let shining = |scene: &Scene| scene.lights.iter().map(|light| light.intensity).collect::<Vec<_>>();
+    let has_same_light = has_same_sky && (bounces == 0 || shining(before) == shining(scene));
     match before.sky.as_ref().filter(|_| has_same_light && casts_as(before, scene)) {
         Some(sky) => {
             scene.sky = Some(sky.clone());
@@ -117,7 +150,7 @@ pub fn shadow_sky_as(before: &Scene, scene: &mut Scene, progress: &dyn Progress)
             scene.light_visibility = Some(means);
             Ok(())
         }
-        None => shadow_sky(scene, progress),
+        None => shadow_sky(scene, bounces, progress),
     }
 }
 

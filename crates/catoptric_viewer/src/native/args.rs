@@ -145,6 +145,7 @@ fn opening(scene: &SceneArgs, glass: GlassArgs, options: &ArgMatches) -> Result<
         allow_outside: scene.pose.choice.allow_outside,
         has_solid_glass: glass.thin_glass == Some(ThinGlass::Solid),
         lacks_shadows: scene.shadows == Shadows::Off,
+        lacks_bounces: scene.shadows == Shadows::Direct,
         roles: rules.iter().map(RoleChange::from).collect(),
     })
 }

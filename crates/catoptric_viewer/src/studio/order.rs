@@ -101,6 +101,8 @@ pub struct Opening {
     pub has_solid_glass: bool,
     /// Nothing casts shadows.
     pub lacks_shadows: bool,
+    /// Surfaces scatter no light onto each other.
+    pub lacks_bounces: bool,
     /// Roles over the scene's own; later ones win.
     pub roles: Vec<RoleChange>,
 }

@@ -8,7 +8,7 @@ use catoptric::framebuffer::Framebuffer;
 use catoptric::light::bodies::remarks_on_bodies;
 use catoptric::light::path_tracer::surface_mask;
 use catoptric::light::tracer::Tracer;
-use catoptric::light::visibility::{cast_shadows, cast_shadows_as, shadow_sky, shadow_sky_as};
+use catoptric::light::visibility::{DIFFUSE_BOUNCES, cast_shadows, cast_shadows_as, shadow_sky, shadow_sky_as};
 use catoptric::methods::{self, Quality};
 use catoptric::progress::Silent;
 use catoptric::scene::edits::Look;
@@ -59,7 +59,8 @@ pub(super) struct Stage {
     clips: Vec<Animation>,
     /// The one that plays alone.
     clip: Option<usize>,
-    lacks_shadows: bool,
+    /// Bounces of light between surfaces; `None` without shadows.
+    bounces: Option<u32>,
     memory: PoseMemory,
     /// The last pose with what it was made of.
     posed: Option<(f32, Changes, bool, Arc<Scene>)>,
@@ -93,9 +94,10 @@ impl Stage {
         if opening.has_solid_glass {
             thin_glass(&mut model).for_each(|lobes| lobes.is_thin = false);
         }
-        let (memory, lacks_shadows) = (PoseMemory::default(), opening.lacks_shadows);
+        let bounces = if opening.lacks_bounces { 0 } else { DIFFUSE_BOUNCES };
+        let (memory, bounces) = (PoseMemory::default(), (!opening.lacks_shadows).then_some(bounces));
         let (clips, clip, posed, tracer) = (Vec::new(), None, None, None);
-        let mut stage = Self { number, model, clips, clip, lacks_shadows, memory, posed, tracer };
+        let mut stage = Self { number, model, clips, clip, bounces, memory, posed, tracer };
         let changes = Changes { roles: opening.roles.clone(), ..Changes::default() };
         let scene = stage.scene(0.0, &changes, true)?;
         let summary = stage.summary(&scene, watch.elapsed_ms());
@@ -122,15 +124,15 @@ impl Stage {
         let options = changes.pose_at(time)?;
         self.model.ends_in_environment = ends_in_environment;
         let mut scene = self.model.pose_again(&options, &mut self.memory)?;
-        match &self.posed {
-            _ if self.lacks_shadows => {}
-            Some((.., before)) => {
+        match (&self.posed, self.bounces) {
+            (_, None) => {}
+            (Some((.., before)), Some(bounces)) => {
                 cast_shadows_as(before, &mut scene);
-                shadow_sky_as(before, &mut scene, &Silent).expect("nobody cancels it");
+                shadow_sky_as(before, &mut scene, bounces, &Silent).expect("nobody cancels it");
             }
-            None => {
+            (None, Some(bounces)) => {
                 cast_shadows(&mut scene);
-                shadow_sky(&mut scene, &Silent).expect("nobody cancels it");
+                shadow_sky(&mut scene, bounces, &Silent).expect("nobody cancels it");
             }
         }
         let scene = Arc::new(scene);

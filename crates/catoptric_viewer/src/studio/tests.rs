@@ -100,7 +100,8 @@ fn wish(camera: &Camera, methods: &[&str]) -> Wish {
 fn lit(options: &PoseOptions) -> Scene {
     let mut scene = builtin::parse(SCENE).unwrap().pose(options).unwrap();
     catoptric::light::visibility::cast_shadows(&mut scene);
-    catoptric::light::visibility::shadow_sky(&mut scene, &Silent).unwrap();
+    catoptric::light::visibility::shadow_sky(&mut scene, catoptric::light::visibility::DIFFUSE_BOUNCES, &Silent)
+        .unwrap();
     scene
 }
 

@@ -2,7 +2,7 @@
 
 use crate::painted::Painted;
 use catoptric::framebuffer::Framebuffer;
-use catoptric::light::visibility::{cast_shadows, shadow_sky};
+use catoptric::light::visibility::{DIFFUSE_BOUNCES, cast_shadows, shadow_sky};
 use catoptric::methods;
 use catoptric::progress::Silent;
 use catoptric::scene::{PoseOptions, Scene};
@@ -121,7 +121,7 @@ pub(crate) fn settle(session: &mut Session, is_so: impl Fn(&Viewer) -> bool) {
 pub(crate) fn scene(spec: &str) -> Arc<Scene> {
     let mut scene = builtin::parse(spec).unwrap().pose(&PoseOptions::default()).unwrap();
     cast_shadows(&mut scene);
-    shadow_sky(&mut scene, &Silent).unwrap();
+    shadow_sky(&mut scene, DIFFUSE_BOUNCES, &Silent).unwrap();
     Arc::new(scene)
 }
 

@@ -39,7 +39,7 @@ pub static INFO: MethodInfo = MethodInfo {
             exactly",
         costs: "every sample follows its paths through the whole scene, so it is the slowest with many samples; it \
             takes any number of them",
-        cannot: "light that diffuse surfaces scatter onto each other, and caustics, are left out",
+        cannot: "caustics are left out: light that mirrors and glass throw onto other surfaces",
         useful: &["paths", "rough_rays", "seed"],
     },
     cpu: true,

@@ -38,6 +38,9 @@ pub(super) struct Recipe {
     /// Plans of before there were shadows have none.
     #[serde(default)]
     shadows: bool,
+    /// Surfaces scatter light onto each other.
+    #[serde(default)]
+    bounces: bool,
     method: String,
     /// The settings given, over the scene's own.
     settings: Table,
@@ -81,7 +84,8 @@ impl Recipe {
             roles: scene_source::role_words(&args.scene, options),
             time: args.scene.pose.time,
             choice: args.scene.pose.choice.clone(),
-            shadows: args.scene.shadows == Shadows::On,
+            shadows: args.scene.shadows != Shadows::Off,
+            bounces: args.scene.shadows == Shadows::On,
             method: args.method.clone(),
             settings,
             order: args.order,
@@ -98,7 +102,11 @@ impl Recipe {
         };
         let mut model = scene_source::load(Path::new(&self.scene), &self.choice, &environment, !roles.is_empty())?;
         scene_source::choose_animation(&self.choice, &mut model)?;
-        let shadows = if self.shadows { Shadows::On } else { Shadows::Off };
+        let shadows = match (self.shadows, self.bounces) {
+            (true, true) => Shadows::On,
+            (true, false) => Shadows::Direct,
+            (false, _) => Shadows::Off,
+        };
         Ok((model, (roles, shadows, self.time)))
     }
 

@@ -76,13 +76,13 @@ impl Scene {
             let seen = starts.as_ref().map(|starts| SeenSky { shares: &shares, starts });
             add_environment(environment, &normals, 1, (self, seen), &mut sum);
         }
-        base * (sum.vector(0) + self.emitted_onto(point, side)) * FRAC_1_PI
+        base * (sum.vector(0) + self.by_surfaces_onto(point, side)) * FRAC_1_PI
     }
 
-    /// The irradiance of a point by surfaces that emit light.
-    fn emitted_onto(&self, point: &SurfacePoint, side: f32) -> Vec3 {
+    /// The irradiance of a point by surfaces that emit light or scatter it.
+    pub(super) fn by_surfaces_onto(&self, point: &SurfacePoint, side: f32) -> Vec3 {
         match &self.sky {
-            Some(sky) if point.triangle != u32::MAX => sky.emitted(point.triangle, point.barycentrics, side),
+            Some(sky) if point.triangle != u32::MAX => sky.by_surfaces(point.triangle, point.barycentrics, side),
             _ => Vec3::ZERO,
         }
     }
@@ -196,7 +196,7 @@ impl Scene {
             points.shadow_starts = [self.shadow_start(point, side)];
         }
         points.occlusion = Vec3Lanes::one(points.occlusion.vector(0).min(self.sky_share(point, side)));
-        points.emitted = Vec3Lanes::one(self.emitted_onto(point, side));
+        points.emitted = Vec3Lanes::one(self.by_surfaces_onto(point, side));
         let mut sum = Vec3Lanes::ZERO;
         glossy::radiance(self, facets, &points, 1, &mut sum);
         sum.vector(0)

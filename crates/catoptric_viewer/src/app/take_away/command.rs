@@ -95,7 +95,12 @@ fn opening(opened: &Opening, clip: Option<usize>) -> Vec<String> {
 /// The options for what scene files do not say of how a scene was opened.
 pub(super) fn beside_scene_file(opened: &Opening) -> Vec<String> {
     let glass = opened.has_solid_glass.then(|| "--thin-glass=solid".into());
-    glass.into_iter().chain(opened.lacks_shadows.then(|| "--shadows=off".into())).collect()
+    let shadows = match (opened.lacks_shadows, opened.lacks_bounces) {
+        (true, _) => Some("--shadows=off".into()),
+        (false, true) => Some("--shadows=direct".into()),
+        (false, false) => None,
+    };
+    glass.into_iter().chain(shadows).collect()
 }
 
 /// The options for a method and its settings.

@@ -107,6 +107,7 @@ pub(super) struct WireOpening {
     allow_outside: bool,
     has_solid_glass: bool,
     lacks_shadows: bool,
+    lacks_bounces: bool,
     roles: Vec<(String, String, Option<f32>)>,
 }
 
@@ -122,6 +123,7 @@ impl From<&Opening> for WireOpening {
             allow_outside: opening.allow_outside,
             has_solid_glass: opening.has_solid_glass,
             lacks_shadows: opening.lacks_shadows,
+            lacks_bounces: opening.lacks_bounces,
             roles: roles.iter().map(role).collect(),
         }
     }
@@ -138,6 +140,7 @@ impl WireOpening {
             allow_outside: self.allow_outside,
             has_solid_glass: self.has_solid_glass,
             lacks_shadows: self.lacks_shadows,
+            lacks_bounces: self.lacks_bounces,
             roles: self.roles.into_iter().map(role).collect::<Result<_, WireError>>()?,
         })
     }

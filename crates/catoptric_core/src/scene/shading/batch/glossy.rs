@@ -143,7 +143,7 @@ fn shade<const N: usize>(
             let query = &queries[index as usize];
             let share = sky.share(query.triangle, query.barycentrics.value, points.side[i]);
             lit.occlusion.set(i, lit.occlusion.vector(i).min(share));
-            lit.emitted.set(i, sky.emitted(query.triangle, query.barycentrics.value, points.side[i]));
+            lit.emitted.set(i, sky.by_surfaces(query.triangle, query.barycentrics.value, points.side[i]));
         }
     }
     let mut sum = Vec3Lanes::ZERO;

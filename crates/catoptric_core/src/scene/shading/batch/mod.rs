@@ -90,10 +90,10 @@ fn irradiance_over_pi<const N: usize>(
         });
         add_environment(environment, &points.normal, order.len(), (scene, seen), sum);
     }
-    if let Some(sky) = scene.sky.as_ref().filter(|sky| sky.emitters().is_some()) {
+    if let Some(sky) = scene.sky.as_ref().filter(|sky| sky.has_light_of_surfaces()) {
         for (lane, &index) in order.iter().enumerate().take(N) {
             let SurfaceQuery { triangle, barycentrics, .. } = queries[index as usize];
-            sum.set(lane, sum.vector(lane) + sky.emitted(triangle, barycentrics.value, points.side[lane]));
+            sum.set(lane, sum.vector(lane) + sky.by_surfaces(triangle, barycentrics.value, points.side[lane]));
         }
     }
     sum.iter_mut().for_each(|channel| *channel *= std::f32::consts::FRAC_1_PI);

@@ -153,7 +153,7 @@ impl Environment {
 
     /// The position in this picture (0..1, v down) of a direction of unit length.
     #[inline(always)] // for the instructions of its caller
-    fn place(&self, direction: Vec3) -> Vec2 {
+    pub(super) fn place(&self, direction: Vec3) -> Vec2 {
         let Vec2 { x, y } = map::position(direction);
         Vec2::new(self.turn.further(x), y)
     }

@@ -123,7 +123,7 @@ pub(super) fn radiance<const N: usize>(
             add_environment_of_coat(environment, &facets.coat_alpha, points, count, &mut coat);
         }
     }
-    if scene.sky.as_ref().is_some_and(|sky| sky.emitters().is_some()) {
+    if scene.sky.as_ref().is_some_and(|sky| sky.has_light_of_surfaces()) {
         add_emitted(microfacets, &facets, points, count, sum);
     }
     if microfacets.coat > 0.0 {

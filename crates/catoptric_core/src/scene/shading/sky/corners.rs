@@ -1,9 +1,8 @@
 //! The light that arrives at the corners of a scene's triangles.
 
 use super::super::super::{Material, Scene};
-use super::gather::{GROUPS, Gathered, Gatherer, Sample, near};
+use super::gather::{GROUPS, Gathered, Sample, near};
 use crate::math::random;
-use crate::progress::Cancelled;
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -47,6 +46,11 @@ impl Corners {
         self.count() <= MOST_CORNERS
     }
 
+    /// The position and normal of a corner.
+    pub(super) fn place(&self, corner: usize) -> (Vec3, Vec3) {
+        (self.corners[corner].position, self.corners[corner].normal)
+    }
+
     /// The corner of a vertex; `u32::MAX` for those that nothing needs.
     pub(super) fn of_vertex(&self, vertex: u32) -> u32 {
         self.of_vertex[vertex as usize]
@@ -64,29 +68,15 @@ impl Corners {
         (triangle, near(at, number, reach(scene, triangle, within)))
     }
 
-    /// Gathers the light about all corners: at points of their triangles within a distance and a part of the sides.
-    pub(super) fn gathered(&self, gatherer: &Gatherer<'_>, within: (f32, f32)) -> Result<Vec<Gathered>, Cancelled> {
+    /// The samples of the corners: at points of their triangles within a distance and a part of the sides.
+    pub(super) fn samples(&self, within: (f32, f32)) -> CornerSamples<'_> {
         let all = self.count();
-        // As many samples each as all of them may have, and where those are too few, for some of the corners only.
-        let samples = (MOST_CORNERS * GROUPS).checked_div(all).unwrap_or(1).clamp(1, GROUPS);
+        // As many each as all of them may have, and where those are too few, for some of the corners only.
+        let each = (MOST_CORNERS * GROUPS).checked_div(all).unwrap_or(1).clamp(1, GROUPS);
         let every = all.div_ceil(MOST_PLACES).max(1);
-        let sample = |place: usize, number: usize| {
-            let (triangle, at) = self.sample(gatherer.scene, place * every, number, within);
-            let group = (random::mix(place as u64) as usize).wrapping_add(number * GROUPS / samples) % GROUPS;
-            Sample { triangle, at, group: group as u8 }
-        };
-        let found = gatherer.gathered((all.div_ceil(every), samples), sample)?;
-        let mut gathered = vec![Gathered::default(); all];
-        for (place, found) in found.into_iter().enumerate() {
-            gathered[place * every] = found;
-        }
-        // Twice as many share their light with each round, or somewhat more.
-        let rounds = (GROUPS / samples * every).ilog2();
+        let rounds = (GROUPS / each * every).ilog2();
         let same = if rounds > 0 { self.at_same_positions() } else { Vec::new() };
-        for _ in 0..rounds {
-            gathered = self.mixed(gatherer.scene, &same, &gathered);
-        }
-        Ok(gathered)
+        CornerSamples { corners: self, within, each, every, rounds, same }
     }
 
     /// Finds the corners of a scene.
@@ -159,6 +149,47 @@ impl Corners {
             mix(*one, *other);
         }
         mixed
+    }
+}
+
+/// The samples by which the light at corners is gathered.
+pub(super) struct CornerSamples<'a> {
+    corners: &'a Corners,
+    within: (f32, f32),
+    /// Samples of each corner that has any.
+    pub(super) each: usize,
+    /// One corner in so many has them.
+    every: usize,
+    /// Rounds in which corners share their light.
+    rounds: u32,
+    /// Pairs of corners at the same position.
+    same: Vec<[u32; 2]>,
+}
+
+impl CornerSamples<'_> {
+    /// How many corners have samples.
+    pub(super) fn count(&self) -> usize {
+        self.corners.count().div_ceil(self.every)
+    }
+
+    /// A sample of one of them.
+    pub(super) fn sample(&self, scene: &Scene, corner: usize, number: usize) -> Sample {
+        let (triangle, at) = self.corners.sample(scene, corner * self.every, number, self.within);
+        let group = (random::mix(corner as u64) as usize).wrapping_add(number * GROUPS / self.each) % GROUPS;
+        Sample { triangle, at, group: group as u8 }
+    }
+
+    /// The light at all corners, from what those with samples have gathered.
+    pub(super) fn shared(&self, scene: &Scene, found: Vec<Gathered>) -> Vec<Gathered> {
+        let mut gathered = vec![Gathered::default(); self.corners.count()];
+        for (corner, found) in found.into_iter().enumerate() {
+            gathered[corner * self.every] = found;
+        }
+        // Twice as many share their light with each round, or somewhat more.
+        for _ in 0..self.rounds {
+            gathered = self.corners.mixed(scene, &self.same, &gathered);
+        }
+        gathered
     }
 }
 

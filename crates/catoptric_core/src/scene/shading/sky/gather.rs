@@ -53,6 +53,24 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
+    /// The irradiance on both sides by surfaces around, how many rays meet these, and how near: the sums over so many
+    /// rays.
+    pub(super) fn of_surfaces(irradiance: [Vec3; 2], hits: [f32; 2], nearness: [f32; 2], rays: [f32; 2]) -> Self {
+        let [near_front, near_back] = [0, 1].map(|side| Vec4::new(hits[side], nearness[side], 0.0, rays[side]));
+        let [front, back] = [0, 1].map(|side| irradiance[side].extend(rays[side]));
+        Self { light: [near_front, near_back, front, back], open: [Vec3::ZERO; 2] }
+    }
+
+    /// The sums of the irradiance by surfaces, with the number of rays.
+    pub(super) fn by_surfaces(&self) -> [Vec4; 2] {
+        [self.light[2], self.light[3]]
+    }
+
+    /// The share of rays that meet them, and how near they are.
+    pub(super) fn hits_and_nearness(&self) -> [[f32; 2]; 2] {
+        [0, 1].map(|part| [0, 1].map(|side| self.light[side][part] / self.light[side].w.max(1.0)))
+    }
+
     /// Adds a part of another place's light, for a place that is lit alike.
     pub(super) fn add_shares(&mut self, other: &Self, weight: f32) {
         for (light, other) in self.light.iter_mut().zip(other.light) {
@@ -65,7 +83,7 @@ impl Gathered {
         let share = |light: Vec4| if light.w > 0.0 { light.truncate() / light.w } else { Vec3::ONE };
         Arriving {
             sky: [0, 1].map(|side| share(self.light[side])),
-            emitted: [0, 1].map(|side| self.open[side] * share(self.light[2 + side])),
+            by_surfaces: [0, 1].map(|side| self.open[side] * share(self.light[2 + side])),
         }
     }
 }
@@ -95,26 +113,12 @@ impl Gatherer<'_> {
             let places = chunk * at_once..((chunk + 1) * at_once).min(count);
             let mut points: Vec<Point> = places
                 .flat_map(|place| (0..samples).map(move |number| (place, number)))
-                .map(|(place, number)| self.point(place - chunk * at_once, sample(place, number)))
+                .map(|(place, number)| Point::new(self.scene, place - chunk * at_once, sample(place, number)))
                 .collect();
             points.sort_by_key(|point| point.group);
             self.gathered_at(&points, (count - chunk * at_once).min(at_once))
         })?;
         Ok(chunks.into_iter().flatten().collect())
-    }
-
-    fn point(&self, place: usize, sample: Sample) -> Point {
-        let (scene, triangle) = (self.scene, sample.triangle);
-        // Things that touch a triangle's edge shade it on one side alone.
-        let at = sample.at.lerp(Vec2::splat(1.0 / 3.0), WITHIN);
-        let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.normals[vertex as usize]);
-        Point {
-            place,
-            group: sample.group,
-            normal: (a + (b - a) * at.x + (c - a) * at.y).normalize_or(a),
-            origins: [1.0, -1.0].map(|side| ShadowStart::on_triangle(scene, triangle, at, side).origin),
-            has_two_sides: has_two_sides(scene.material_of(scene.triangle_objects[triangle as usize])),
-        }
     }
 
     /// Gathers the light at places by their points, those of a group after each other: for each part of the light all
@@ -184,15 +188,30 @@ impl Sum {
 }
 
 /// A point of a surface that looks around for a place.
-struct Point {
+pub(super) struct Point {
     place: usize,
     group: u8,
-    normal: Vec3,
-    origins: [Vec3; 2],
-    has_two_sides: bool,
+    pub(super) normal: Vec3,
+    /// Above the side of the normals, and above the other.
+    pub(super) origins: [Vec3; 2],
+    pub(super) has_two_sides: bool,
 }
 
 impl Point {
+    pub(super) fn new(scene: &Scene, place: usize, sample: Sample) -> Self {
+        let triangle = sample.triangle;
+        // Things that touch a triangle's edge shade it on one side alone.
+        let at = sample.at.lerp(Vec2::splat(1.0 / 3.0), WITHIN);
+        let [a, b, c] = scene.triangles[triangle as usize].map(|vertex| scene.normals[vertex as usize]);
+        Self {
+            place,
+            group: sample.group,
+            normal: (a + (b - a) * at.x + (c - a) * at.y).normalize_or(a),
+            origins: [1.0, -1.0].map(|side| ShadowStart::on_triangle(scene, triangle, at, side).origin),
+            has_two_sides: has_two_sides(scene.material_of(scene.triangle_objects[triangle as usize])),
+        }
+    }
+
     /// The side of the surface that faces a direction, if that side is seen.
     fn side_towards(&self, towards: Vec3) -> Option<usize> {
         let side = usize::from(self.normal.dot(towards) < 0.0);

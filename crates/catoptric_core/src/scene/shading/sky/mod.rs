@@ -5,7 +5,9 @@ mod emitters;
 mod emitting;
 mod find;
 mod gather;
+mod neighbours;
 mod refine;
+mod scattered;
 mod shares;
 mod suns;
 
@@ -21,20 +23,17 @@ use shares::SurfaceShares;
 /// edges. Of the rest of the sky each surface sees a share of each colour, which is known about its corners and, where
 /// it changes most, at points between them (after the adaptive meshes of Ward, Rubinstein, Clear 1988 and of Yuksel,
 /// Keyser, House 2010, Mesh colors); the light of emitters is known at the same points. Corners of fine meshes share
-/// their rays with their neighbours. Light that surfaces scatter onto each other is not there.
+/// their rays with their neighbours. Light that surfaces scatter onto each other is found at the same points afterwards.
 #[derive(Debug)]
 pub struct Sky {
     suns: Vec<Light>,
     rest: Irradiance,
     shares: SurfaceShares,
     emitters: Option<Emitters>,
+    is_scattered: bool,
 }
 
 impl Sky {
-    fn new(suns: Vec<Light>, rest: Irradiance, shares: SurfaceShares, emitters: Option<Emitters>) -> Self {
-        Self { suns, rest, shares, emitters }
-    }
-
     /// The surfaces that emit light, if there are any.
     pub fn emitters(&self) -> Option<&Emitters> {
         self.emitters.as_ref()
@@ -59,12 +58,23 @@ impl Sky {
         self.shares.sky(triangle, barycentrics, usize::from(side < 0.0))
     }
 
-    /// The irradiance by emitters there.
+    /// Returns true if it has the light that surfaces scatter onto each other.
+    pub(in super::super::super) fn is_scattered(&self) -> bool {
+        self.is_scattered
+    }
+
+    /// Returns true if surfaces light others.
+    #[inline(always)]
+    pub(in super::super) fn has_light_of_surfaces(&self) -> bool {
+        self.is_scattered || self.emitters.is_some()
+    }
+
+    /// The irradiance there by surfaces that emit light or scatter it.
     #[inline]
-    pub(in super::super) fn emitted(&self, triangle: u32, barycentrics: Vec2, side: f32) -> Vec3 {
-        match self.emitters {
-            Some(_) => self.shares.emitted(triangle, barycentrics, usize::from(side < 0.0)),
-            None => Vec3::ZERO,
+    pub(in super::super) fn by_surfaces(&self, triangle: u32, barycentrics: Vec2, side: f32) -> Vec3 {
+        match self.has_light_of_surfaces() {
+            true => self.shares.by_surfaces(triangle, barycentrics, usize::from(side < 0.0)),
+            false => Vec3::ZERO,
         }
     }
 }

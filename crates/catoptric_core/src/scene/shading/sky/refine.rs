@@ -1,7 +1,8 @@
 //! Divides triangles where what arrives between their corners is not what arrives at these.
 
 use super::super::super::Scene;
-use super::corners::{Corners, is_lit};
+use super::super::shade::Barycentrics;
+use super::corners::{CornerSamples, Corners, is_lit};
 use super::gather::{GROUPS, Gathered, Gatherer, Sample, near};
 use super::shares::{Arriving, Node, SurfaceShares};
 use crate::parallel;
@@ -69,13 +70,64 @@ struct Candidate {
 
 const WHOLE: u32 = 1 << LEVELS;
 
-/// Finds the light at all places of a scene's triangles: those are divided first of which most light is wrong.
-pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<SurfaceShares, Cancelled> {
-    let scene = gatherer.scene;
-    let size = scene.bounds.diagonal();
-    let about = corners.gathered(gatherer, (ABOUT * LONGEST * size, ABOUT))?;
-    let mut arriving: Vec<Arriving> = about.iter().map(Gathered::arriving).collect();
-    drop(about);
+/// Where light is gathered: at the corners of triangles, and at others.
+pub(super) struct Places<'a> {
+    corners: &'a Corners,
+    pub(super) others: Vec<Place>,
+}
+
+impl<'a> Places<'a> {
+    pub(super) fn new(corners: &'a Corners) -> Self {
+        Self { corners, others: Vec::new() }
+    }
+
+    pub(super) fn corner_count(&self) -> usize {
+        self.corners.count()
+    }
+
+    /// The samples of corners.
+    pub(super) fn corner_samples(&self, scene: &Scene) -> CornerSamples<'a> {
+        self.corners.samples((ABOUT * LONGEST * scene.bounds.diagonal(), ABOUT))
+    }
+
+    /// The position and normal of a place, corners first, in the order of what arrives.
+    pub(super) fn middle(&self, scene: &Scene, place: usize) -> (Vec3, Vec3) {
+        if place < self.corners.count() {
+            return self.corners.place(place);
+        }
+        let Some(other) = place.checked_sub(self.corners.count() + 1) else { return (Vec3::ZERO, Vec3::Y) };
+        match self.others[other] {
+            Place::Corner(corner) => self.corners.place(corner as usize),
+            Place::Point { triangle, at, .. } => {
+                let value = at.as_vec2() / WHOLE as f32;
+                let point = scene.surface_point(triangle, &Barycentrics { value, ..Barycentrics::default() });
+                (point.position, point.normal)
+            }
+        }
+    }
+
+    /// A sample of another place.
+    pub(super) fn sample(&self, scene: &Scene, place: usize, number: usize) -> Sample {
+        let within = (ABOUT * SHORTEST * scene.bounds.diagonal(), ABOUT);
+        let (triangle, at) = match self.others[place] {
+            Place::Corner(corner) => self.corners.sample(scene, corner as usize, number, within),
+            Place::Point { triangle, at, part } => {
+                let (at, number) = (at.as_vec2() / WHOLE as f32, place * 7 % 4096 + number);
+                (triangle, near(at, number as u32, Vec2::splat(part)))
+            }
+        };
+        Sample { triangle, at, group: number as u8 }
+    }
+}
+
+/// Finds the light at all places of a scene's triangles: those are divided first of which most light is wrong. Adds
+/// the places that are no corners.
+pub(super) fn refined(gatherer: &Gatherer<'_>, places: &mut Places<'_>) -> Result<SurfaceShares, Cancelled> {
+    let (scene, corners) = (gatherer.scene, places.corners);
+    let samples = places.corner_samples(scene);
+    let found =
+        gatherer.gathered((samples.count(), samples.each), |corner, number| samples.sample(scene, corner, number))?;
+    let mut arriving: Vec<Arriving> = samples.shared(scene, found).iter().map(Gathered::arriving).collect();
     // For vertices that nothing needs.
     let open = arriving.len() as u32;
     arriving.push(Arriving::OPEN);
@@ -88,7 +140,7 @@ pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<Surf
     let first = |corner: u32| if corners.are_apart() { u32::MAX } else { corner };
     let near_corners = (0..corners.count() as u32).map(first).collect();
     let mut refinement =
-        Refinement { gatherer, corners, differs, neighbours, shares, near_corners, known: HashMap::new() };
+        Refinement { gatherer, places, differs, neighbours, shares, near_corners, known: HashMap::new() };
     let whole = [UVec2::ZERO, UVec2::new(WHOLE, 0), UVec2::new(0, WHOLE)];
     let wholes = parallel::map_collect(scene.triangles.len(), |triangle| {
         let is_lit = is_lit(scene.material_of(scene.triangle_objects[triangle]));
@@ -122,9 +174,9 @@ pub(super) fn refined(gatherer: &Gatherer<'_>, corners: &Corners) -> Result<Surf
 }
 
 /// Triangles that are being divided.
-struct Refinement<'a> {
+struct Refinement<'a, 'c> {
     gatherer: &'a Gatherer<'a>,
-    corners: &'a Corners,
+    places: &'a mut Places<'c>,
     differs: Difference,
     neighbours: Neighbours,
     shares: SurfaceShares,
@@ -139,7 +191,7 @@ type ToDivide = (Candidate, [u32; 3], f32);
 
 /// Where light is gathered.
 #[derive(Clone, Copy)]
-enum Place {
+pub(super) enum Place {
     /// Right at a corner of triangles.
     Corner(u32),
     /// About a point of a triangle, within a part of its sides.
@@ -151,7 +203,7 @@ fn side([a, b, c]: [UVec2; 3]) -> u32 {
     (a.max(b).max(c) - a.min(b).min(c)).max_element()
 }
 
-impl Refinement<'_> {
+impl Refinement<'_, '_> {
     /// A node as a candidate, unless it is too small or divided too often; `bend`: by how much light is known to bend
     /// within it, about.
     fn candidate(&self, node: u32, triangle: u32, corners: [UVec2; 3], bend: f32) -> Option<Candidate> {
@@ -166,20 +218,12 @@ impl Refinement<'_> {
     }
 
     /// Gathers light at places, after what is known.
-    fn gather(&mut self, places: &[Place]) -> Result<(), Cancelled> {
-        let (scene, corners) = (self.gatherer.scene, self.corners);
-        let within = (ABOUT * SHORTEST * scene.bounds.diagonal(), ABOUT);
-        let sample = |place: usize, number: usize| {
-            let (triangle, at) = match places[place] {
-                Place::Corner(corner) => corners.sample(scene, corner as usize, number, within),
-                Place::Point { triangle, at, part } => {
-                    let (at, number) = (at.as_vec2() / WHOLE as f32, place * 7 % 4096 + number);
-                    (triangle, near(at, number as u32, Vec2::splat(part)))
-                }
-            };
-            Sample { triangle, at, group: number as u8 }
-        };
-        let gathered = self.gatherer.gathered((places.len(), GROUPS), sample)?;
+    fn gather(&mut self, wanted: Vec<Place>) -> Result<(), Cancelled> {
+        let (scene, count, first) = (self.gatherer.scene, wanted.len(), self.places.others.len());
+        self.places.others.extend(wanted);
+        let places = &*self.places;
+        let sample = |place: usize, number: usize| places.sample(scene, first + place, number);
+        let gathered = self.gatherer.gathered((count, GROUPS), sample)?;
         self.shares.arriving.extend(gathered.iter().map(Gathered::arriving));
         Ok(())
     }
@@ -202,7 +246,7 @@ impl Refinement<'_> {
             let [a, b, c] = candidate.corners;
             middles.push([(a, b), (b, c), (c, a)].map(|(a, b)| self.point(candidate, (a + b) / 2, &mut places)));
         }
-        self.gather(&places)?;
+        self.gather(places)?;
         let arriving = &self.shares.arriving;
         let divided = candidates.iter().zip(middles).filter_map(|(candidate, middles)| {
             let corners = self.shares.nodes[candidate.node as usize].corners;
@@ -239,7 +283,7 @@ impl Refinement<'_> {
             }
             corners.push(of_parts);
         }
-        self.gather(&places)?;
+        self.gather(places)?;
         Ok(corners)
     }
 
@@ -272,13 +316,13 @@ struct Difference {
 
 impl Difference {
     fn new(corners: &[Arriving], sky_irradiance: f32) -> Self {
-        let brightest = corners.iter().flat_map(|corner| corner.emitted).map(Vec3::element_sum).fold(0.0, f32::max);
+        let brightest = corners.iter().flat_map(|corner| corner.by_surfaces).map(Vec3::element_sum).fold(0.0, f32::max);
         Self { steady: FAINT * (brightest + sky_irradiance) }
     }
 
     /// Between the middle of a side and the mean of its two ends.
     fn of_middle(&self, [one, other, middle]: [&Arriving; 3]) -> f32 {
-        let none = Arriving { sky: [Vec3::ZERO; 2], emitted: [Vec3::ZERO; 2] };
+        let none = Arriving { sky: [Vec3::ZERO; 2], by_surfaces: [Vec3::ZERO; 2] };
         self.between(&none.plus(one, 0.5).plus(other, 0.5), middle)
     }
 
@@ -289,7 +333,7 @@ impl Difference {
 
     fn between(&self, one: &Arriving, other: &Arriving) -> f32 {
         let on_side = |side: usize| {
-            let emitted = [one, other].map(|arriving| arriving.emitted[side].element_sum());
+            let emitted = [one, other].map(|arriving| arriving.by_surfaces[side].element_sum());
             let all = emitted[0].max(emitted[1]) + self.steady;
             let of_emitters = if all > 0.0 { (emitted[0] - emitted[1]).abs() / all } else { 0.0 };
             of_emitters.max((one.sky[side] - other.sky[side]).abs().max_element())

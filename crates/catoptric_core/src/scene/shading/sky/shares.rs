@@ -7,19 +7,19 @@ use glam::{Vec2, Vec3};
 pub(super) struct Arriving {
     /// The share of the sky's, for each colour.
     pub(super) sky: [Vec3; 2],
-    /// The irradiance by emitters.
-    pub(super) emitted: [Vec3; 2],
+    /// The irradiance by surfaces that emit light or scatter it.
+    pub(super) by_surfaces: [Vec3; 2],
 }
 
 impl Arriving {
     /// All of the sky.
-    pub(super) const OPEN: Self = Self { sky: [Vec3::ONE; 2], emitted: [Vec3::ZERO; 2] };
+    pub(super) const OPEN: Self = Self { sky: [Vec3::ONE; 2], by_surfaces: [Vec3::ZERO; 2] };
 
     /// The sum with so much of another one.
     pub(super) fn plus(&self, other: &Self, weight: f32) -> Self {
         Self {
             sky: [0, 1].map(|face| self.sky[face] + other.sky[face] * weight),
-            emitted: [0, 1].map(|face| self.emitted[face] + other.emitted[face] * weight),
+            by_surfaces: [0, 1].map(|face| self.by_surfaces[face] + other.by_surfaces[face] * weight),
         }
     }
 }
@@ -45,16 +45,27 @@ impl SurfaceShares {
     /// The share of the sky at a place of a triangle, on a side; all light, where the triangle was not there.
     #[inline]
     pub(super) fn sky(&self, triangle: u32, barycentrics: Vec2, side: usize) -> Vec3 {
-        let Some((corners, at)) = self.node(triangle, barycentrics) else { return Vec3::ONE };
-        let [first, second, third] = corners.map(|index| self.arriving[index as usize].sky[side]);
-        first + (second - first) * at.x + (third - first) * at.y
+        self.interpolated(triangle, barycentrics, |index| self.arriving[index as usize].sky[side]).unwrap_or(Vec3::ONE)
     }
 
-    /// The irradiance by emitters there.
-    pub(super) fn emitted(&self, triangle: u32, barycentrics: Vec2, side: usize) -> Vec3 {
-        let Some((corners, at)) = self.node(triangle, barycentrics) else { return Vec3::ZERO };
-        let [first, second, third] = corners.map(|index| self.arriving[index as usize].emitted[side]);
-        first + (second - first) * at.x + (third - first) * at.y
+    /// The irradiance by surfaces there.
+    pub(super) fn by_surfaces(&self, triangle: u32, barycentrics: Vec2, side: usize) -> Vec3 {
+        let irradiance =
+            self.interpolated(triangle, barycentrics, |index| self.arriving[index as usize].by_surfaces[side]);
+        irradiance.unwrap_or(Vec3::ZERO)
+    }
+
+    /// What a function of the light's indices says at a place of a triangle; `None` where the triangle was not there.
+    #[inline(always)]
+    pub(super) fn interpolated(
+        &self,
+        triangle: u32,
+        barycentrics: Vec2,
+        of_corner: impl Fn(u32) -> Vec3,
+    ) -> Option<Vec3> {
+        let (corners, at) = self.node(triangle, barycentrics)?;
+        let [first, second, third] = corners.map(of_corner);
+        Some(first + (second - first) * at.x + (third - first) * at.y)
     }
 
     /// The corners of the smallest part of a triangle about a place, and the weights of the second and third one.
