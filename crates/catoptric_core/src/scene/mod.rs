@@ -42,9 +42,8 @@ pub use view::{Camera, PicturePoint, PictureTransform, PreciseView, Projection, 
 
 use crate::error::SceneError;
 use crate::math::Aabb;
-use crate::surface::PlacedSurface;
+use crate::surface::{PlacedSurface, SurfaceHit};
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use hit::Hit;
 use std::any::Any;
 use std::fmt::Debug;
 use std::ops::Range;
@@ -122,9 +121,8 @@ pub trait LightVisibility: Debug + Send + Sync {
         }
     }
 
-    /// The first surface along a ray that stops light, if any does, and the share of light of each colour that passes
-    /// what lies before it.
-    fn first_stop(&self, scene: &Scene, ray: &Ray) -> Option<(Hit, Vec3)>;
+    /// The first surface along a ray that stops light, if any does.
+    fn first_stop(&self, scene: &Scene, ray: &Ray) -> Option<LightStop>;
 
     /// The hierarchy of what stands in the way, which rays of sight use as well if it is of the same objects.
     fn hierarchy(&self) -> &dyn Any;
@@ -134,6 +132,26 @@ pub trait LightVisibility: Debug + Send + Sync {
     fn moved_to(&self, _scene: &Scene) -> Option<Arc<dyn LightVisibility>> {
         None
     }
+}
+
+/// A place where light is stopped.
+#[derive(Clone, Copy, Debug)]
+pub struct LightStop {
+    /// Distance along the ray.
+    pub distance: f32,
+    /// The surface.
+    pub surface: StoppingSurface,
+    /// The share of light of each colour that passes what lies before it.
+    pub passing: Vec3,
+}
+
+/// A surface that stops light, at a place.
+#[derive(Clone, Copy, Debug)]
+pub enum StoppingSurface {
+    /// A triangle, by its number and the barycentric coordinates of its second and third vertex.
+    Triangle(u32, Vec2),
+    /// The exact surface of an object.
+    Exact(u32, SurfaceHit),
 }
 
 /// One primitive at one place.

@@ -155,7 +155,8 @@ impl Tracer {
         self.walk(scene, ray, 0.0).passing(distance, clear)
     }
 
-    /// The first surface along a ray that stops light, as [`Self::passing`] has it, among some objects if they are given.
+    /// The first surface along a ray that stops light, as [`Self::passing`] has it, among some objects if they are
+    /// given.
     pub(crate) fn first_stop(&self, scene: &Scene, ray: &Ray, objects: Option<&[bool]>) -> Option<Hit> {
         let walk = Walk { objects, ..self.walk(scene, ray, 0.0) };
         self.details(scene, ray, 0.0, walk.first_stop()?)

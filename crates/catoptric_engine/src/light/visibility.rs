@@ -4,7 +4,9 @@ use super::tracer::Tracer;
 use super::wide_hierarchy::Treelet;
 use catoptric_core::progress::{Cancelled, Progress};
 use catoptric_core::scene::hit::Hit;
-use catoptric_core::scene::{AlphaMode, Light, LightVisibility, Material, Ray, Role, Scene};
+use catoptric_core::scene::{
+    AlphaMode, Light, LightStop, LightVisibility, Material, Ray, Role, Scene, StoppingSurface,
+};
 use glam::Vec3;
 use std::any::Any;
 use std::cell::RefCell;
@@ -46,14 +48,19 @@ impl LightVisibility for ShadowRays {
         });
     }
 
-    fn first_stop(&self, scene: &Scene, ray: &Ray) -> Option<(Hit, Vec3)> {
+    fn first_stop(&self, scene: &Scene, ray: &Ray) -> Option<LightStop> {
         let objects = if self.opaque.is_empty() { None } else { Some(self.opaque.as_slice()) };
         let hit = self.tracer.first_stop(scene, ray, objects)?;
+        let distance = hit.distance();
+        let surface = match hit {
+            Hit::Triangle { triangle, barycentrics, .. } => StoppingSurface::Triangle(triangle, barycentrics),
+            Hit::Surface { object, hit } => StoppingSurface::Exact(object, hit),
+        };
         let passing = match objects {
-            Some(_) => self.tracer.passing(scene, ray, hit.distance() * BEFORE, &self.clear),
+            Some(_) => self.tracer.passing(scene, ray, distance * BEFORE, &self.clear),
             None => Vec3::ONE,
         };
-        Some((hit, passing))
+        Some(LightStop { distance, surface, passing })
     }
 
     fn hierarchy(&self) -> &dyn Any {

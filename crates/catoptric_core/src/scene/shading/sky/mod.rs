@@ -23,7 +23,8 @@ use shares::SurfaceShares;
 /// edges. Of the rest of the sky each surface sees a share of each colour, which is known about its corners and, where
 /// it changes most, at points between them (after the adaptive meshes of Ward, Rubinstein, Clear 1988 and of Yuksel,
 /// Keyser, House 2010, Mesh colors); the light of emitters is known at the same points. Corners of fine meshes share
-/// their rays with their neighbours. Light that surfaces scatter onto each other is found at the same points afterwards.
+/// their rays with their neighbours. Light that surfaces scatter onto each other is found at the same points
+/// afterwards.
 #[derive(Debug)]
 pub struct Sky {
     suns: Vec<Light>,

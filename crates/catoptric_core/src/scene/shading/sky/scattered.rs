@@ -5,8 +5,9 @@
 //! Radiosity and Realistic Image Synthesis, chapter 8). Rays are traced once, for all bounces. Neighbours share what
 //! they find as far as they see alike: within a part of the distances around (after Ward, Rubinstein, Clear 1988).
 
-use super::super::super::hit::Hit;
-use super::super::super::{AlphaMode, Light, LightVisibility, LobeTexture, Material, Ray, Role, Scene};
+use super::super::super::{
+    AlphaMode, Light, LightStop, LightVisibility, LobeTexture, Material, Ray, Role, Scene, StoppingSurface,
+};
 use super::super::shade::{Barycentrics, SurfacePoint};
 use super::Sky;
 use super::gather::{GROUPS, Gathered, Point, Sample};
@@ -59,7 +60,8 @@ struct MetPlace {
 struct Surroundings {
     /// Rays on each side.
     rays: [f32; 2],
-    /// How many of them meet anything, and the sums of the inverse fourth powers of their lengths in sizes of the scene.
+    /// How many of them meet anything, and the sums of the inverse fourth powers of their lengths, in sizes of the
+    /// scene.
     hits: [f32; 2],
     nearness: [f32; 2],
     met: Vec<MetPlace>,
@@ -199,10 +201,10 @@ impl Scattering<'_> {
                     let normal = point.normal * [1.0, -1.0][side];
                     let (across, along) = normal.any_orthonormal_pair();
                     let ray = Ray { origin: point.origins[side], direction: across * x + along * y + normal * z };
-                    let Some((hit, passing)) = self.visibility.first_stop(self.scene, &ray) else { continue };
+                    let Some(stop) = self.visibility.first_stop(self.scene, &ray) else { continue };
                     found.hits[side] += 1.0;
-                    found.nearness[side] += (hit.distance() / size).max(NEAREST).powi(-4);
-                    let met = self.met(&ray, (&hit, passing), choice);
+                    found.nearness[side] += (stop.distance / size).max(NEAREST).powi(-4);
+                    let met = self.met(&ray, &stop, choice);
                     found.met.extend(met.map(|met| MetPlace { side: side as u8, ..met }));
                 }
             }
@@ -212,21 +214,20 @@ impl Scattering<'_> {
     }
 
     /// What a ray meets, if that scatters light. A number between 0 and 1 chooses the lamp that is asked for.
-    fn met(&self, ray: &Ray, (hit, passing): (&Hit, Vec3), choice: f32) -> Option<MetPlace> {
+    fn met(&self, ray: &Ray, stop: &LightStop, choice: f32) -> Option<MetPlace> {
         let scene = self.scene;
-        let point = match hit {
-            Hit::Triangle { triangle, barycentrics, .. } => {
-                let at = Barycentrics { value: *barycentrics, ..Barycentrics::default() };
-                scene.surface_point(*triangle, &at)
+        let point = match &stop.surface {
+            StoppingSurface::Triangle(triangle, at) => {
+                scene.surface_point(*triangle, &Barycentrics { value: *at, ..Barycentrics::default() })
             }
-            Hit::Surface { object, hit } => scene.exact_encounter(*object, hit, ray, None).point,
+            StoppingSurface::Exact(object, hit) => scene.exact_encounter(*object, hit, ray, None).point,
         };
         let side = if point.geometric_normal.dot(ray.direction) > 0.0 { -1.0 } else { 1.0 };
         let material = scene.material_of(point.object);
         if side < 0.0 && material.is_one_sided() {
             return None;
         }
-        let scattered = passing * scene.scattered_share(material, &point);
+        let scattered = stop.passing * scene.scattered_share(material, &point);
         if scattered.max_element() <= 0.0 {
             return None;
         }
