@@ -68,7 +68,7 @@ impl SceneTables {
     pub fn move_to(&mut self, before: &Scene, scene: &Scene, moved: &Moved) -> MovedPlaces {
         let places = self.hierarchy.move_to(scene, |object| moved.has(object));
         self.shapes = surfaces::shapes(scene, Some((before, &self.shapes)));
-        (self.surfaces, self.programs) = surface_records(scene, &self.shapes);
+        (self.surfaces, self.behind_surfaces) = surface_records(scene, &self.shapes, self.follows_lobes);
         for object in moved.of(scene) {
             let first = object.vertices.start as usize;
             let vertices = &mut self.vertices[first..object.vertices.end as usize];

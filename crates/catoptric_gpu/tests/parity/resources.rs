@@ -42,7 +42,7 @@ impl SceneResources {
         };
         let rows = |count: usize| [count.clamp(1, TEXEL_ROW) as u32, count.div_ceil(TEXEL_ROW).max(1) as u32];
         let table = |bytes: &[u8]| picture(TextureFormat::Rgba32Uint, rows(bytes.len() / 16), bytes);
-        let tables = SceneTables::new(scene, None, |_| true);
+        let tables = SceneTables::new(scene, None, |_| true, false);
         let environment = environment_texels(scene.environment.as_deref(), true);
         let textures = texture_tables(scene)?;
         let cells: Vec<[f32; 4]> =

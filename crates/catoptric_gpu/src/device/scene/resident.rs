@@ -60,18 +60,18 @@ pub(super) struct StoredTables {
 
 impl DeviceScene {
     /// The tables of a scene, of which the triangles of reflectors and lenses that `shows` is true for show anything
-    /// but their own light, and the features are `narrowed`. Of those of another moment of it, if these are given, what
-    /// holds is kept.
+    /// but their own light, and the features are `narrowed`; lobes are followed if `follows_lobes`. Of those of another
+    /// moment of it, if these are given, what holds is kept.
     pub(crate) fn new(
         context: &Context,
         scene: &Arc<Scene>,
         old: Option<&Self>,
-        shows: impl Fn(u32) -> bool,
+        (shows, follows_lobes): (impl Fn(u32) -> bool, bool),
         narrowed: impl Fn(SceneFeatures) -> SceneFeatures,
     ) -> Result<Self, GpuError> {
         let earlier =
             old.map(|old| Earlier { scene: &old.source, hierarchy: &old.tables.hierarchy, shapes: &old.tables.shapes });
-        let tables = SceneTables::new(scene, earlier, shows);
+        let tables = SceneTables::new(scene, earlier, shows, follows_lobes);
         let lights = light_records(scene)?;
         let features = narrowed(SceneFeatures::of(scene, &tables.surfaces));
         let spreads_light = features.spreads_light();
@@ -130,7 +130,7 @@ impl DeviceScene {
             wide_hierarchy,
             stored: StoredTables { vertices, objects, nodes, leaves, wide: wide_nodes, lights },
             root,
-            has_specular: !scene.specular_objects().is_empty(),
+            has_specular: !scene.specular_objects().is_empty() || features.has_lobes(),
             byte_count,
         })
     }
@@ -146,6 +146,6 @@ impl DeviceScene {
 /// The objects with what lies behind them.
 pub(super) fn object_texels(tables: &SceneTables) -> Vec<[u32; 4]> {
     let mut texels: Vec<[u32; 4]> = bytemuck::cast_slice(&tables.surfaces).to_vec();
-    texels.extend(&tables.programs);
+    texels.extend(&tables.behind_surfaces);
     texels
 }

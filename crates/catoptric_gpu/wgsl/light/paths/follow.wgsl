@@ -30,10 +30,77 @@ fn traced_hit(segment: Segment) -> u32 {
     return (nearest(root_of_paths(), segment.ray, 0.0, FAR, segment.own, 0u).triangle + 1u) | HIT_REFLECTS;
 }
 
+// The same of lobes, one after the other.
+fn next_lobe_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
+    var child: Segment;
+    while (*waiting).begun < (*waiting).count {
+        var number = (*waiting).begun;
+        (*waiting).begun++;
+        var index = 0u;
+        var count = 0u;
+        for (; index < LOBES; index++) {
+            count = rays_of_lobe((*waiting).spread.lobes, index, (*waiting).spread.path.throughput, place.rays);
+            if number < count {
+                break;
+            }
+            number -= count;
+        }
+        let numbers = place.numbers;
+        let total = f32(count * numbers.step);
+        let chosen = number_of(RayNumbers(numbers.moved + CHOICE[index], numbers.first, numbers.step, total), number);
+        child = lobe_ray((*waiting).spread, index, chosen, f32(count), place.side);
+        if carries_light(child) {
+            return child;
+        }
+    }
+    child.ray.direction = vec3f(0.0);
+    return child;
+}
+
+// Where a path goes on by lobes of a surface: sharp ones, and the one that a single ray follows, wait with the paths,
+// of which there are so many; the number of these afterwards, and rays of the others.
+struct Begun {
+    count: u32,
+    rays: u32,
+}
+
+fn begin_lobes(
+    waiting: ptr<function, array<Segment, MAX_ORDER>>,
+    children: ptr<function, Children>,
+    segment: Segment,
+    place: PictureRay,
+    paths: u32,
+) -> Begun {
+    var begun = Begun(paths, 0u);
+    let spread = (*children).spread;
+    let moved = moved_by(segment.ray.direction, spread.met.point.position);
+    let chosen = chosen_lobe(spread.lobes, fract(moved.z + CHOICE.y));
+    for (var index = 0u; index < LOBES; index++) {
+        var is_followed = spread.lobes.ways[index] == SHARP;
+        if segment.is_single {
+            is_followed = index == chosen.index;
+        } else {
+            begun.rays += rays_of_lobe(spread.lobes, index, spread.path.throughput, place.rays);
+        }
+        if is_followed {
+            var child = lobe_ray(spread, index, moved.xy, 1.0, place.side);
+            child.throughput *= select(1.0, chosen.factor, segment.is_single);
+            if carries_light(child) {
+                (*waiting)[begun.count] = child;
+                begun.count++;
+            }
+        }
+    }
+    return begun;
+}
+
 // The next of them that carries light; without direction if there are none.
 fn next_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
     var child: Segment;
     let is_by_both = HAS_LENSES && (*waiting).spread.goes_on[TRANSMIT];
+    if HAS_LOBES && (*waiting).spread.by == BY_LOBES {
+        return next_lobe_ray(waiting, place);
+    }
     while (*waiting).begun < (*waiting).count {
         let number = (*waiting).begun;
         (*waiting).begun++;
@@ -110,6 +177,11 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
         // Rays that tiles have not followed have no direction but for rounding: total internal reflection.
         let shown = select(triangle_of(hit), NONE, hit == UNRESOLVED);
         if shown != NONE {
+            if HAS_LOBES {
+                // Each way on of a surface with lobes may wait, and later events may leave a path each.
+                let later = select(0u, frame.order - min(segment.order, frame.order), HAS_LENSES);
+                segment.is_single = segment.is_single || count + LOBES + 1u + later > MAX_ORDER;
+            }
             let last = segment.order >= frame.order || (hit & HIT_REFLECTS) == 0u;
             children = arrive(segment, shown, place.samples, last);
             sum += children.sum;
@@ -122,7 +194,17 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
             }
             sum += throughput * light_beyond(segment);
         }
-        if spreads_light() && children.spread.by != NO_SPREAD {
+        if HAS_LOBES && children.passes {
+            waiting[count] = children.passing;
+            count++;
+        }
+        if HAS_LOBES && children.spread.by == BY_LOBES {
+            let begun = begin_lobes(&waiting, &children, segment, place, count);
+            count = begun.count;
+            if begun.rays > 0u {
+                rays = Waiting(children.spread, begun.rays, 0u, count);
+            }
+        } else if spreads_light() && children.spread.by != NO_SPREAD {
             var known: RoughLight;
             if HAS_ROUGH && segment.order == 0u {
                 known = known_light(children.spread.met.point.object, place.position);
@@ -152,7 +234,7 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
             }
         } else if HAS_LENSES && children.goes_on[TRANSMIT] {
             segment = children.segments[TRANSMIT];
-        } else if HAS_LENSES && count > 0u {
+        } else if (HAS_LENSES || HAS_LOBES) && count > 0u {
             count--;
             segment = waiting[count];
         } else {

@@ -2,12 +2,13 @@
 // `light/path_tracer/rough` and `light/bumps`.
 
 //#include "scene/bumps.wgsl"
-//#include "light/paths/lobes.wgsl"
+//#include "light/paths/surface_lobes.wgsl"
 
-// Ways to spread light: by facets of a rough surface, and by bumps of a smooth one.
+// Ways to spread light: by facets of a rough surface, by bumps of a smooth one, and by lobes.
 const NO_SPREAD = 0u;
 const BY_FACETS = 1u;
 const BY_BUMPS = 2u;
+const BY_LOBES = 3u;
 
 // Rays for a pixel where a path first meets what spreads light; later ones get one each.
 const RAYS_A_PIXEL = 24.0;
@@ -26,6 +27,7 @@ struct Spread {
     tint: vec3f,
     // By reflection and by refraction.
     goes_on: array<bool, 2>,
+    lobes: SurfaceLobes,
 }
 
 // The numbers that choose rays: of so many in all every `step`th from the first, moved alike.
@@ -37,7 +39,7 @@ struct RayNumbers {
 }
 
 fn spreads_light() -> bool {
-    return HAS_TURNS || HAS_ROUGH;
+    return HAS_TURNS || HAS_ROUGH || HAS_LOBES;
 }
 
 // The angle across a cone after an event, from bumps or facets of such a width.
@@ -200,6 +202,50 @@ fn bump_ray(
     if kind == TRANSMIT {
         (*child).absorption = select(vec3f(0.0), surface_of(part.point.object).absorption, at.outside);
     }
+}
+
+// One of `count` rays of a lobe, by a number; by the lobe's middle if it is sharp. Without direction where no light
+// goes.
+fn lobe_ray(spread: Spread, index: u32, given: vec2f, count: f32, side: f32) -> Segment {
+    let lobes = spread.lobes;
+    let incoming = spread.path.ray.direction;
+    let kind = kind_of_lobe(index);
+    var step = lobe_step(lobes, index);
+    let normal = step.facing.normal;
+    var child = spread.path;
+    child.own = NO_RULE;
+    if !is_thin_lobe(lobes, index) {
+        child.absorption = select(vec3f(0.0), surface_of(spread.met.point.object).absorption, lobes.facing.outside);
+    }
+    if lobes.ways[index] == SHARP {
+        let direction = outgoing(kind, step.facing, incoming, step.eta);
+        child.throughput *= lobe_weight(lobes, index, -dot(incoming, normal));
+        child.change = change_after(step, kind, incoming, child.change, spread.met);
+        child.ray = departing_ray(direction, spread.met.point);
+        return child;
+    }
+    let alpha = alpha_of_lobe(lobes, index);
+    let axes = axes_across(normal);
+    let viewer = -vec3f(dot(incoming, axes[0]), dot(incoming, axes[1]), dot(incoming, normal));
+    let number = facet_number(given, count);
+    let local = visible_facet(alpha, viewer, disc_point(vec2f(number.x, given.y)));
+    let facet = axes[0] * local.x + axes[1] * local.y + normal * local.z;
+    let direction = leaving_facet(lobes, index, normal, incoming, facet);
+    let is_clear = lobes.is_clear && index != OF_COAT;
+    let share = select(unshadowed_share(alpha, dot(direction, normal), viewer.z), 1.0, is_clear);
+    child.throughput *= lobe_weight(lobes, index, -dot(incoming, facet)) * (share * number.y / count);
+    step.facing.normal = facet;
+    child.change = change_after(step, kind, incoming, child.change, spread.met);
+    // A cone for every ray: together they cover the lobe.
+    var width = sqrt(extent_of_sample(alpha, local.z, max(viewer.z, 1e-3), count) * number.y) * side;
+    if !is_thin_lobe(lobes, index) {
+        width = cone_width_after(step, kind, incoming, alpha) * inverseSqrt(count) * side;
+    }
+    child.change = widened(child.change, direction, width);
+    child.ray = departing_ray(direction, spread.met.point);
+    child.is_cone = true;
+    child.is_single = true;
+    return child;
 }
 
 // The cone that a rough mirror reflects, or what bumps of glass make of a refracted ray: its direction and change, and
