@@ -217,6 +217,8 @@ pub mod triangle_flags {
         IS_ROUGH = 5;
         /// Rays follow lobes of the triangle's surface.
         SPREADS = 6;
+        /// Some of the light that arrives at the triangle's surface, which is no lens, goes straight on.
+        PASSES = 7;
     }
 }
 

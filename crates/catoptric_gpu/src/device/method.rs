@@ -13,6 +13,7 @@ use crate::tables::Moved;
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::bodies::bodies_meet;
 use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
 use catoptric::methods::lookup::layered_environment_map::{LayeredEnvironmentMapSettings, LayeredMaps};
@@ -218,14 +219,20 @@ fn undrawn_lobes(scene: &Scene, quality: Quality) -> Option<&'static str> {
     let all = || scene.materials.iter().filter_map(|material| Some((material, material.lobes()?)));
     let any = |has: fn(&Material, &Lobes) -> bool| all().any(|(material, lobes)| has(material, lobes));
     let problems = [
-        (any(|_, lobes| lobes.transmission > 0.0), "surfaces that are partly clear need the CPU"),
+        (
+            any(|material, _| material.has_inside()) && bodies_meet(scene),
+            "clear bodies that touch each other need the CPU",
+        ),
         (any(|_, lobes| lobes.sheen != Vec3::ZERO), "surfaces with a sheen need the CPU"),
         (any(|_, lobes| lobes.anisotropy > 0.0), "brushed surfaces need the CPU"),
         (any(|_, lobes| lobes.film.is_some()), "thin films need the CPU"),
         (any(|_, lobes| lobes.diffuse_transmission > 0.0), "surfaces that scatter light through need the CPU"),
-        (any(|material, _| material.alpha_mode == AlphaMode::Blend), "surfaces that blend need the CPU"),
+        (any(|_, lobes| lobes.dispersion > 0.0), "glass that disperses light needs the CPU"),
+        (
+            quality.order == 0 && any(|material, _| material.alpha_mode == AlphaMode::Blend),
+            "surfaces that blend need the CPU where paths end at once",
+        ),
     ];
-    let _ = quality;
     problems.into_iter().find_map(|(is_there, problem)| is_there.then_some(problem))
 }
 

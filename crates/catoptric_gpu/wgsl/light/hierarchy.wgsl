@@ -68,6 +68,8 @@ const REFRACTS = 16u;
 const IS_ROUGH = 32u;
 // Rays follow lobes of the triangle's surface.
 const SPREADS = 64u;
+// Some of the light that arrives, at no lens, goes straight on.
+const PASSES = 128u;
 
 // Faces of an object that is not closed count from behind only at this share of its extent.
 const AROUND = 0.05;

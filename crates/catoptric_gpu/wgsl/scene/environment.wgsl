@@ -85,6 +85,8 @@ fn environment_glossy(direction: vec3f, alpha: f32) -> vec3f {
 // The most places at which the picture is read for a cone, and the largest change of its direction.
 const MOST_PLACES = 16.0;
 const LARGEST_CHANGE = 0.25;
+// The widest cone whose light is looked up at one place.
+const LARGEST_CONE = 1.2;
 
 // The radiance at a position of a reduction; 0: the picture as it is.
 fn environment_at_whole_level(position: vec2f, level: u32) -> vec3f {
@@ -131,6 +133,20 @@ fn environment_over(direction: vec3f, dx: vec3f, dy: vec3f) -> vec3f {
         }
     }
     return sum / places;
+}
+
+// The mean radiance within an angle across, on all sides of a direction.
+fn environment_within(direction: vec3f, across: f32) -> vec3f {
+    // Between texels of a reduction the picture is as smooth as over a cone that is wider by this factor.
+    let smoothing = 1.732;
+    let texels_per_radian = f32(textureDimensions(environment_picture).x) / TAU;
+    let texels = max(min(across, LARGEST_CONE) * texels_per_radian / smoothing, 1.0);
+    let level = min(log2(texels), f32(frame.maps[0].w));
+    let whole = u32(level);
+    let share = level - f32(whole);
+    let position = environment_position(direction);
+    let fine = environment_at_whole_level(position, whole);
+    return mix(fine, environment_at_whole_level(position, whole + 1u), share);
 }
 
 // The background over a cone.

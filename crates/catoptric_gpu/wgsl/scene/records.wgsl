@@ -365,6 +365,16 @@ fn lobes_record_at(first: u32) -> LobesRecord {
     return LobesRecord(head.x, bitcast<u32>(head.y), head.z, head.w);
 }
 
+// True if there is a medium behind an object's surface, which light enters.
+fn has_medium(object: u32) -> bool {
+    let surface = surface_of(object);
+    var result = HAS_LENSES && surface.role == LENS;
+    if HAS_LOBES && surface.lobes != NONE {
+        result = (lobes_record_at(surface.lobes).flags & HAS_INSIDE) != 0u;
+    }
+    return result;
+}
+
 fn exact_of(object: u32) -> ExactSurface {
     let center = surface_number(object, EXACT_AT);
     let gradient = surface_number(object, EXACT_AT + 1u);

@@ -30,6 +30,13 @@ fn traced_hit(segment: Segment) -> u32 {
     return (nearest(root_of_paths(), segment.ray, 0.0, FAR, segment.own, 0u).triangle + 1u) | HIT_REFLECTS;
 }
 
+// The numbers that choose one of so many rays of a lobe.
+fn number_of_lobe(place: PictureRay, index: u32, count: u32, ray: u32) -> vec2f {
+    let numbers = place.numbers;
+    let total = f32(count * numbers.step);
+    return number_of(RayNumbers(numbers.moved + CHOICE[index], numbers.first, numbers.step, total), ray);
+}
+
 // The same of lobes, one after the other.
 fn next_lobe_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
     var child: Segment;
@@ -45,9 +52,7 @@ fn next_lobe_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment 
             }
             number -= count;
         }
-        let numbers = place.numbers;
-        let total = f32(count * numbers.step);
-        let chosen = number_of(RayNumbers(numbers.moved + CHOICE[index], numbers.first, numbers.step, total), number);
+        let chosen = number_of_lobe(place, index, count, number);
         child = lobe_ray((*waiting).spread, index, chosen, f32(count), place.side);
         if carries_light(child) {
             return child;
@@ -58,10 +63,12 @@ fn next_lobe_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment 
 }
 
 // Where a path goes on by lobes of a surface: sharp ones, and the one that a single ray follows, wait with the paths,
-// of which there are so many; the number of these afterwards, and rays of the others.
+// of which there are so many; the number of these afterwards, rays of the others, and light from infinity as if nothing
+// stood before it.
 struct Begun {
     count: u32,
     rays: u32,
+    light: vec3f,
 }
 
 fn begin_lobes(
@@ -71,20 +78,54 @@ fn begin_lobes(
     place: PictureRay,
     paths: u32,
 ) -> Begun {
-    var begun = Begun(paths, 0u);
-    let spread = (*children).spread;
-    let moved = moved_by(segment.ray.direction, spread.met.point.position);
-    let chosen = chosen_lobe(spread.lobes, fract(moved.z + CHOICE.y));
+    var begun = Begun(paths, 0u, vec3f(0.0));
+    let incoming = segment.ray.direction;
+    let moved = moved_by(incoming, (*children).spread.met.point.position);
+    if segment.is_single && (*children).spread.lobes.is_clear {
+        // The one facet that such a ray meets says how much it reflects and how much passes it.
+        let facet = part_of_lobe((*children).spread.lobes, OF_FACETS, incoming, moved.xy, 1.0).facet;
+        for (var index = OF_FACETS; index <= OF_PASSING; index++) {
+            let weight = lobe_weight((*children).spread.lobes, index, -dot(incoming, facet));
+            (*children).spread.lobes.shares[index] = weight;
+        }
+    }
+    let chosen = chosen_lobe((*children).spread.lobes, fract(moved.z + CHOICE.y));
     for (var index = 0u; index < LOBES; index++) {
-        var is_followed = spread.lobes.ways[index] == SHARP;
+        let lobes = (*children).spread.lobes;
+        let throughput = (*children).spread.path.throughput;
+        var is_followed = lobes.ways[index] == SHARP;
+        var count = 0u;
         if segment.is_single {
             is_followed = index == chosen.index;
         } else {
-            begun.rays += rays_of_lobe(spread.lobes, index, spread.path.throughput, place.rays);
+            count = rays_of_lobe(lobes, index, throughput, place.rays);
+            begun.rays += count;
+        }
+        var sky = vec3f(0.0);
+        if lobes.ways[index] == SPREAD && (is_followed || count > 0u) && sees_sky(lobes, index) {
+            if segment.is_single {
+                sky = sky_over_lobe(lobes, index, incoming);
+            } else {
+                let share = min(largest(throughput * lobes.shares[index]), 1.0);
+                let light = gathered_sky(lobes, index, incoming, place.numbers.first, place.numbers.step, share);
+                begun.light += throughput * light;
+                var found = vec3f(0.0);
+                for (var ray = 0u; ray < count; ray++) {
+                    let numbers = number_of_lobe(place, index, count, ray);
+                    let part = ray_of_lobe(lobes, index, incoming, numbers, f32(count));
+                    found += part.weight * environment_within(part.direction, part.width);
+                }
+                sky = min(light * f32(count) / max(found, vec3f(1e-30)), vec3f(1e37));
+            }
+            (*children).spread.lobes.counts_sky[index] = true;
+            (*children).spread.lobes.taken[index] = sky;
         }
         if is_followed {
-            var child = lobe_ray(spread, index, moved.xy, 1.0, place.side);
-            child.throughput *= select(1.0, chosen.factor, segment.is_single);
+            var child = lobe_ray((*children).spread, index, moved.xy, 1.0, place.side);
+            let factor = select(1.0, chosen.factor, segment.is_single);
+            child.throughput *= factor;
+            child.counted *= factor;
+            begun.light += child.counted;
             if carries_light(child) {
                 (*waiting)[begun.count] = child;
                 begun.count++;
@@ -185,7 +226,7 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
             let last = segment.order >= frame.order || (hit & HIT_REFLECTS) == 0u;
             children = arrive(segment, shown, place.samples, last);
             sum += children.sum;
-        } else {
+        } else if !(HAS_LOBES && segment.counts_sky) {
             var throughput = segment.throughput;
             if HAS_ATTENUATION && segment.deferred != NONE {
                 let weight = attenuation_weight(segment.deferred, distance_beyond(segment));
@@ -201,6 +242,7 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
         if HAS_LOBES && children.spread.by == BY_LOBES {
             let begun = begin_lobes(&waiting, &children, segment, place, count);
             count = begun.count;
+            sum += begun.light;
             if begun.rays > 0u {
                 rays = Waiting(children.spread, begun.rays, 0u, count);
             }

@@ -34,6 +34,9 @@ struct Segment {
     is_single: bool,
     // Surfaces on the path since lobes or straight passages made it one that tiles know nothing of; 0: they may.
     beside_tiles: u32,
+    // The light from infinity has been counted where the ray began, and is taken away if it meets something.
+    counts_sky: bool,
+    counted: vec3f,
     // The last mirror, if its reflection fades with distance: the surface, what it scatters itself, and its
     // reflectance.
     deferred: u32,
@@ -73,8 +76,8 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
         throughput *= weight;
     }
     var crossed = segment.absorption;
-    if HAS_LENSES {
-        crossed = select(segment.absorption, surface_of(object).absorption, role == LENS && !at.outside);
+    if HAS_LENSES || HAS_LOBES {
+        crossed = select(segment.absorption, surface_of(object).absorption, has_medium(object) && !at.outside);
         throughput *= transmittance(crossed, way);
     }
     let texels = texels_at(met.point);
@@ -89,6 +92,11 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
     child.order++;
     child.deferred = NONE;
     child.absorption = crossed;
+    if HAS_LOBES && segment.counts_sky {
+        children.sum -= segment.counted;
+        child.counts_sky = false;
+        child.counted = vec3f(0.0);
+    }
     if role == DIFFUSE || (flags & OWN_LIGHT) != 0u {
         let is_deferred = HAS_ATTENUATION && !last && step.is_attenuated;
         var own_base = select(base, surface_of(object).own_color, (flags & OWN_COLOR) != 0u);
@@ -189,6 +197,8 @@ fn covered_share(
         (*children).passing.throughput = throughput * (1.0 - covered);
         (*children).passing.own = NO_RULE;
         (*children).passing.deferred = NONE;
+        (*children).passing.counts_sky = false;
+        (*children).passing.counted = vec3f(0.0);
         (*children).passing.beside_tiles++;
         (*children).passes = carries_light((*children).passing);
     }
@@ -214,7 +224,8 @@ fn settled(segment: Segment, weight: f32) -> vec3f {
 }
 
 fn carries_light(segment: Segment) -> bool {
-    let counts = largest(segment.throughput) >= MIN_THROUGHPUT || (HAS_ATTENUATION && segment.deferred != NONE);
+    var counts = largest(segment.throughput) >= MIN_THROUGHPUT || (HAS_ATTENUATION && segment.deferred != NONE);
+    counts = counts || (HAS_LOBES && largest(segment.counted) >= MIN_THROUGHPUT);
     return counts && any(segment.ray.direction != vec3f(0.0));
 }
 

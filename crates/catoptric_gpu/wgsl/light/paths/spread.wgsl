@@ -224,25 +224,24 @@ fn lobe_ray(spread: Spread, index: u32, given: vec2f, count: f32, side: f32) -> 
         child.ray = departing_ray(direction, spread.met.point);
         return child;
     }
-    let alpha = alpha_of_lobe(lobes, index);
-    let axes = axes_across(normal);
-    let viewer = -vec3f(dot(incoming, axes[0]), dot(incoming, axes[1]), dot(incoming, normal));
-    let number = facet_number(given, count);
-    let local = visible_facet(alpha, viewer, disc_point(vec2f(number.x, given.y)));
-    let facet = axes[0] * local.x + axes[1] * local.y + normal * local.z;
-    let direction = leaving_facet(lobes, index, normal, incoming, facet);
-    let is_clear = lobes.is_clear && index != OF_COAT;
-    let share = select(unshadowed_share(alpha, dot(direction, normal), viewer.z), 1.0, is_clear);
-    child.throughput *= lobe_weight(lobes, index, -dot(incoming, facet)) * (share * number.y / count);
-    step.facing.normal = facet;
+    let found = ray_of_lobe(lobes, index, incoming, given, count);
+    child.throughput *= found.weight / count;
+    step.facing.normal = found.facet;
     child.change = change_after(step, kind, incoming, child.change, spread.met);
     // A cone for every ray: together they cover the lobe.
-    var width = sqrt(extent_of_sample(alpha, local.z, max(viewer.z, 1e-3), count) * number.y) * side;
+    var width = found.width * side;
     if !is_thin_lobe(lobes, index) {
-        width = cone_width_after(step, kind, incoming, alpha) * inverseSqrt(count) * side;
+        width = cone_width_after(step, kind, incoming, alpha_of_lobe(lobes, index)) * inverseSqrt(count) * side;
     }
-    child.change = widened(child.change, direction, width);
-    child.ray = departing_ray(direction, spread.met.point);
+    child.change = widened(child.change, found.direction, width);
+    child.ray = departing_ray(found.direction, spread.met.point);
+    child.counts_sky = lobes.counts_sky[index];
+    if child.counts_sky {
+        child.counted = child.throughput * lobes.taken[index];
+        if !spread.path.is_single {
+            child.counted *= environment_within(found.direction, found.width);
+        }
+    }
     child.is_cone = true;
     child.is_single = true;
     return child;

@@ -46,6 +46,10 @@ struct SurfaceLobes {
     // The share of light that goes each way, and how it is followed.
     shares: array<vec3f, LOBES>,
     ways: array<u32, LOBES>,
+    // Whether the light from infinity that a lobe shows is counted where it begins, and the factor on what rays find of
+    // it that makes all of them together take away as much as was counted.
+    counts_sky: array<bool, LOBES>,
+    taken: array<vec3f, LOBES>,
 }
 
 // Fresnel's curve between the reflectances that a material names.
@@ -218,4 +222,79 @@ fn leaving_facet(lobes: SurfaceLobes, index: u32, normal: vec3f, incoming: vec3f
     let side = lobes.facing.geometric * sign;
     let depth = dot(direction, side);
     return select(direction, direction - side * (2.0 * depth), depth < 0.0);
+}
+
+// A ray of a lobe by a facet: without direction where no light goes.
+struct LobeRay {
+    direction: vec3f,
+    facet: vec3f,
+    // The factor on its light, where all rays together have the lobe's.
+    weight: vec3f,
+    // The angle across the part of the lobe that it stands for.
+    width: f32,
+}
+
+// One of `count` rays of a lobe, by two numbers.
+fn ray_of_lobe(lobes: SurfaceLobes, index: u32, incoming: vec3f, given: vec2f, count: f32) -> LobeRay {
+    let number = facet_number(given, count);
+    var ray = part_of_lobe(lobes, index, incoming, vec2f(number.x, given.y), count);
+    ray.weight *= number.y;
+    ray.width *= sqrt(number.y);
+    return ray;
+}
+
+// The same with numbers that choose all parts of the lobe alike.
+fn part_of_lobe(lobes: SurfaceLobes, index: u32, incoming: vec3f, number: vec2f, count: f32) -> LobeRay {
+    let step = lobe_step(lobes, index);
+    let normal = step.facing.normal;
+    let alpha = alpha_of_lobe(lobes, index);
+    let axes = axes_across(normal);
+    let viewer = -vec3f(dot(incoming, axes[0]), dot(incoming, axes[1]), dot(incoming, normal));
+    let local = visible_facet(alpha, viewer, disc_point(number));
+    let facet = axes[0] * local.x + axes[1] * local.y + normal * local.z;
+    let direction = leaving_facet(lobes, index, normal, incoming, facet);
+    let is_clear = lobes.is_clear && index != OF_COAT;
+    let share = select(unshadowed_share(alpha, dot(direction, normal), viewer.z), 1.0, is_clear);
+    let is_there = any(direction != vec3f(0.0));
+    let weight = lobe_weight(lobes, index, -dot(incoming, facet)) * select(0.0, share, is_there);
+    let extent = extent_of_sample(alpha, local.z, max(viewer.z, 1e-3), count);
+    return LobeRay(direction, facet, weight, sqrt(extent));
+}
+
+// True if light from infinity arrives over a lobe: none does within a body.
+fn sees_sky(lobes: SurfaceLobes, index: u32) -> bool {
+    let is_within = (lobes.flags & HAS_INSIDE) != 0u && !lobes.facing.outside;
+    return HAS_ENVIRONMENT && !is_within && is_thin_lobe(lobes, index);
+}
+
+// Cones that gather the light from infinity over a lobe, at all places of a pixel together, and at one of them at
+// least; each is wider by this factor than what there is to it, so that they show no gaps between them.
+const MOST_CONES = 64.0;
+const LEAST_CONES = 16.0;
+const OVERLAP = 1.8;
+
+// The light from infinity over a lobe, as if nothing stood before it: by the parts of a pattern that are one of so many
+// places of a pixel, for a share of the light.
+fn gathered_sky(lobes: SurfaceLobes, index: u32, incoming: vec3f, place: u32, places: u32, share: f32) -> vec3f {
+    let count = u32(clamp(MOST_CONES * sqrt(share) / f32(places), LEAST_CONES, MOST_CONES));
+    let all = f32(count * places);
+    var sum = vec3f(0.0);
+    for (var cone = 0u; cone < count; cone++) {
+        let part = part_of_lobe(lobes, index, incoming, hammersley(cone * places + place, all), all);
+        sum += part.weight * environment_within(part.direction, OVERLAP * part.width);
+    }
+    return sum / f32(count);
+}
+
+// The mean of the light from infinity over a lobe, as if nothing stood before it.
+fn sky_over_lobe(lobes: SurfaceLobes, index: u32, incoming: vec3f) -> vec3f {
+    let normal = lobe_step(lobes, index).facing.normal;
+    let alpha = alpha_of_lobe(lobes, index);
+    let surroundings = reflected_surroundings(sqrt(alpha), -dot(incoming, normal));
+    let across = mirrored(incoming, normal);
+    var middle = normalize_or(mix(normal, across, surroundings.z), across);
+    if index == OF_PASSING {
+        middle -= normal * (2.0 * dot(middle, normal));
+    }
+    return environment_glossy(middle, min(alpha * surroundings.w, 1.0));
 }
