@@ -456,8 +456,8 @@ pub struct Frame {
     pub sample_place: [f32; 2],
     /// The side of the square that it stands for, in pixels.
     pub sample_side: f32,
-    /// Padding.
-    pub unused: f32,
+    /// Suns of the sky, behind the lights in use.
+    pub sun_count: u32,
 }
 
 /// The path that a pass of tiles works on.

@@ -52,6 +52,7 @@ sources!(
     "scene/point.wgsl",
     "scene/records.wgsl",
     "scene/shade.wgsl",
+    "scene/sky.wgsl",
     "scene/texture.wgsl",
     "sum.wgsl",
     "tiles/blurred.wgsl",

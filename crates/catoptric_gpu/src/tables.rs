@@ -8,6 +8,7 @@ mod layers;
 mod light;
 mod maps;
 mod moved;
+mod sky;
 mod surfaces;
 mod textures;
 
@@ -19,6 +20,7 @@ pub use maps::{MapTables, map_tables};
 pub use moved::Moved;
 #[cfg(feature = "wgpu")]
 pub(crate) use moved::has_pictures;
+pub use sky::sky_texels;
 pub use surfaces::surface_records;
 pub use textures::{TextureTables, texture_tables};
 
@@ -43,7 +45,7 @@ pub struct Earlier<'a> {
 pub struct SceneTables {
     /// All vertices.
     pub vertices: Vec<Vertex>,
-    /// Three vertices and the object of every triangle.
+    /// Three vertices and the object of every triangle; behind them the light on them: see [`sky_texels`].
     pub triangles: Vec<[u32; 4]>,
     /// Objects with their materials.
     pub surfaces: Vec<Surface>,
@@ -77,10 +79,12 @@ impl SceneTables {
         let shapes = surfaces::shapes(scene, earlier.map(|earlier| (earlier.scene, earlier.shapes)));
         let refitted = earlier.and_then(|earlier| earlier.hierarchy.refitted(scene));
         let of_object = scene.triangles.iter().zip(&scene.triangle_objects);
+        let mut triangles: Vec<_> = of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect();
+        triangles.extend(sky_texels(scene.sky.as_deref(), triangles.len()));
         let (surfaces, behind_surfaces) = surface_records(scene, &shapes, follows_lobes);
         Self {
             vertices: vertices(scene),
-            triangles: of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect(),
+            triangles,
             surfaces,
             behind_surfaces,
             follows_lobes,

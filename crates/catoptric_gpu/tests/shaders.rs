@@ -82,7 +82,7 @@ fn records() -> Vec<Record> {
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
             first_row, extent, cells, tiled_events, followed, maps, reductions, sample_place,
-            sample_side,
+            sample_side, sun_count,
         }),
     ]
 }

@@ -4,7 +4,7 @@ use crate::layout::{BINDINGS, BindingPlace, EXPRESSION, NONE, Surface, surface_f
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 20;
+const COUNT: usize = 22;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -28,6 +28,8 @@ const NAMES: [&str; COUNT] = [
     LISTS,
     "ENDS_IN_ENVIRONMENT",
     LOBES,
+    "HAS_SKY",
+    "HAS_SUNS",
 ];
 
 /// Surfaces have holes where their alpha is low.
@@ -63,11 +65,12 @@ impl SceneFeatures {
             |role: Role| scene.objects.iter().any(|object| scene.materials[object.material as usize].role == role);
         let uses = |place: usize| surfaces.iter().any(|surface| surface.bindings[place].texture != NONE);
         let places = 0..BINDINGS;
+        let has_suns = scene.sky.as_ref().is_some_and(|sky| !sky.suns().is_empty());
         Self {
             has: [
                 scene.environment.is_some(),
                 !scene.lights.is_empty(),
-                scene.light_visibility.is_some() && !scene.lights.is_empty(),
+                scene.light_visibility.is_some() && (!scene.lights.is_empty() || has_suns),
                 any(flags::MICROFACETS),
                 uses(BindingPlace::Normals as usize) || uses(BindingPlace::CoatNormals as usize),
                 surfaces.iter().any(|surface| surface.highlight_roughness >= 0.0),
@@ -85,6 +88,8 @@ impl SceneFeatures {
                 false,
                 scene.ends_in_environment && scene.environment.is_some(),
                 surfaces.iter().any(|surface| surface.lobes != NONE),
+                scene.sky.is_some(),
+                has_suns,
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
         }

@@ -48,6 +48,9 @@ override HAS_TURNS: bool = true;
 override HAS_ROUGH: bool = true;
 // Rays follow lobes of some surfaces.
 override HAS_LOBES: bool = true;
+// It is known what surfaces see of the light from infinity, and whose suns are looked at one by one.
+override HAS_SKY: bool = true;
+override HAS_SUNS: bool = true;
 // Geometry that paths show is drawn: its places may be off by parts of a pixel.
 override HAS_LISTS: bool = true;
 // Mirrors and glass at which paths end show the light from infinity.
@@ -113,14 +116,16 @@ struct Frame {
     // The place of the queue of tiles that are shaded path by path.
     followed: u32,
     // Width, height and first row of each of the environment's maps: of irradiance, then of highlights, roughest first.
-    // The fourth number of the first is that of the picture's reductions, whose places follow.
+    // The fourth number of the first is that of the picture's reductions, whose places follow; that of the third one is
+    // the place of the light on surfaces behind the triangles.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
     reductions: array<vec4u, MAX_REDUCTIONS>,
     // A pixel's single sample: its place from the pixel's corner, and the side of the square that it stands for, in
     // pixels.
     sample_place: vec2f,
     sample_side: f32,
-    unused0: f32,
+    // Suns of the sky, behind the lights.
+    sun_count: u32,
 }
 
 struct Vertex {

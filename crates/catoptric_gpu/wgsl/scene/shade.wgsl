@@ -1,6 +1,7 @@
 // The colours of surface points: the twin of `scene/shading/shade`, `lit_point` and `glossy`.
 
 //#include "scene/lobes.wgsl"
+//#include "scene/sky.wgsl"
 
 const COAT_REFLECTANCE = 0.04;
 const FAINTEST_HIGHLIGHT = 3e-5;
@@ -107,7 +108,9 @@ struct LitPoint {
     at_grazing: f32,
     albedo: vec3f,
     coat_share: f32,
-    occlusion: f32,
+    // The share of light from infinity that arrives, and the irradiance by emitters.
+    occlusion: vec3f,
+    emitted: vec3f,
 }
 
 // Which light of a surface's facets is counted, where rays of its lobes find the rest.
@@ -170,7 +173,12 @@ fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32, light:
         result.smooth_normal = light.at.coat_normal * side;
         smooth_variance = 0.0;
     }
-    result.occlusion = 1.0 + (texels.values[OCCLUSION].x - 1.0) * surface_of(object).occlusion_strength;
+    result.occlusion = vec3f(1.0 + (texels.values[OCCLUSION].x - 1.0) * surface_of(object).occlusion_strength);
+    if HAS_SKY {
+        let arriving = light_onto(point, side);
+        result.occlusion = min(result.occlusion, arriving.share);
+        result.emitted = arriving.emitted;
+    }
     result.alpha = widened_alpha(roughness * roughness, variance);
     result.coat_alpha = widened_alpha(coat_roughness * coat_roughness, smooth_variance);
     result.at_normal = largest(specular);
@@ -212,8 +220,9 @@ fn of_light(at: LitPoint, towards: vec3f, strength: f32, viewer: vec3f) -> array
     return array<vec3f, 2>(at.albedo * scattered + fresnel * reflected, vec3f(coat));
 }
 
-// The radiance by the environment: scattered and reflected, and in the coat.
-fn of_environment(at: LitPoint, viewer: vec3f, light: LightOfFacets) -> array<vec3f, 2> {
+// The radiance by the environment and by emitters: scattered and reflected, and in the coat. The irradiance by suns is
+// given.
+fn of_environment(at: LitPoint, viewer: vec3f, light: LightOfFacets, by_suns: vec3f) -> array<vec3f, 2> {
     let counted = vec2f(light.mirrored, light.mirrored_by_coat);
     var alphas = array<f32, 2>(at.alpha, at.coat_alpha);
     var normals = array<vec3f, 2>(at.normal, at.smooth_normal);
@@ -227,21 +236,26 @@ fn of_environment(at: LitPoint, viewer: vec3f, light: LightOfFacets) -> array<ve
         let middle = normalize_or(normal + (across - normal) * surroundings.z, normal);
         shares = select(shares, surroundings.xy, layer == 0u);
         // Without any reflection there is nothing to look up.
-        if counted[layer] > 0.0 && (layer == 1u || at.grazing > 0.0 || largest(at.reflectance) > 0.0) {
+        if HAS_ENVIRONMENT && counted[layer] > 0.0 && (layer == 1u || at.grazing > 0.0 || largest(at.reflectance) > 0.0) {
             reflected[layer] = environment_glossy(middle, min(alphas[layer] * surroundings.w, 1.0));
         }
     }
     let entering = 1.0 - (at.at_normal * shares.x + at.grazing * shares.y);
-    let scattered = environment_irradiance(at.normal) * (FRAC_1_PI * entering);
+    var scattered = vec3f(0.0);
+    if HAS_ENVIRONMENT {
+        scattered = environment_irradiance(at.normal) * (FRAC_1_PI * entering);
+    }
     if HAS_LOBES && !light.is_all {
         reflected[0] *= counted.x;
         reflected[1] *= counted.y;
     }
     let reflectance = at.reflectance * shares.x + at.at_grazing * shares.y;
-    return array<vec3f, 2>(
-        at.occlusion * (at.albedo * scattered + reflectance * reflected[0]),
-        at.occlusion * reflected[1],
-    );
+    var sum = at.occlusion * (at.albedo * scattered + reflectance * reflected[0]);
+    if HAS_SKY {
+        // Their shadows are known, and no texture's matter.
+        sum += at.albedo * (by_suns + at.emitted) * (FRAC_1_PI * entering);
+    }
+    return array<vec3f, 2>(sum, at.occlusion * reflected[1]);
 }
 
 // The facets that mirror lights within a point's footprint: normals on the viewer's side, and the width of the
@@ -309,11 +323,16 @@ fn point_light(
     if HAS_SHADOWS {
         start = shadow_start(point, side);
     }
-    for (var light = 0u; HAS_LIGHTS && light < frame.light_count; light++) {
+    var by_suns = vec3f(0.0);
+    let light_count = frame.light_count + select(0u, frame.sun_count, HAS_SUNS);
+    for (var light = 0u; (HAS_LIGHTS || HAS_SUNS) && light < light_count; light++) {
+        let is_sun = HAS_SUNS && light >= frame.light_count;
         let arrives = arriving(light, point.position);
-        let faces = dot(at.normal, arrives.xyz) > 0.0 || dot(at.smooth_normal, arrives.xyz) > 0.0;
+        let cosine = dot(at.normal, arrives.xyz);
+        // Suns are a part of the environment, which makes their highlights.
+        let faces = cosine > 0.0 || (dot(at.smooth_normal, arrives.xyz) > 0.0 && !is_sun);
         var of_mirror = vec3f(0.0);
-        if is_mirror {
+        if is_mirror && !is_sun {
             let share = grazing_share(0.5 * length(arrives.xyz + viewer));
             var reflectance = tint;
             if surface_of(object).role == COATED {
@@ -334,13 +353,17 @@ fn point_light(
         }
         let share = share_of_light(light, start);
         let intensity = scene.lights[light].intensity * share;
+        if is_sun {
+            by_suns += intensity * cosine;
+            continue;
+        }
         let given = of_light(at, arrives.xyz, arrives.w, viewer);
         sum += intensity * given[0];
         coat_sum += intensity * given[1];
         highlights += share * select(vec3f(0.0), of_mirror, largest(of_mirror) > FAINTEST_HIGHLIGHT);
     }
-    if HAS_ENVIRONMENT && is_lit {
-        let given = of_environment(at, viewer, of_facets);
+    if (HAS_ENVIRONMENT || HAS_SKY) && is_lit {
+        let given = of_environment(at, viewer, of_facets, by_suns);
         sum += given[0];
         coat_sum += given[1];
     }

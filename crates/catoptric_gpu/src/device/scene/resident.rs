@@ -32,6 +32,7 @@ pub(crate) struct DeviceScene {
     pub(crate) solid_count: u32,
     pub(crate) triangle_count: u32,
     pub(crate) light_count: u32,
+    pub(crate) sun_count: u32,
     pub(crate) features: SceneFeatures,
     pub(crate) pictures: Arc<DevicePictures>,
     /// On the processor, for the next moment of the scene: what it is now, and its tables.
@@ -121,8 +122,9 @@ impl DeviceScene {
             order: group(device, &pipelines.order, [(0, order.as_entire_binding())]),
             frame,
             solid_count: tables.solid_count,
-            triangle_count: tables.triangles.len() as u32,
+            triangle_count: scene.triangles.len() as u32,
             light_count: scene.lights.len() as u32,
+            sun_count: sun_count(scene),
             features,
             pictures,
             source: scene.clone(),
@@ -141,6 +143,11 @@ impl DeviceScene {
     pub(crate) fn boxes(&self) -> &Hierarchy {
         &self.tables.hierarchy
     }
+}
+
+/// Suns of a scene's sky.
+pub(super) fn sun_count(scene: &Scene) -> u32 {
+    scene.sky.as_ref().map_or(0, |sky| sky.suns().len() as u32)
 }
 
 /// The objects with what lies behind them.
