@@ -102,8 +102,13 @@ fn begin_lobes(
             begun.rays += count;
         }
         var sky = vec3f(0.0);
-        if lobes.ways[index] == SPREAD && (is_followed || count > 0u) && sees_sky(lobes, index) {
-            if segment.is_single {
+        // The one facet of a single ray has chosen already whether it is reflected.
+        let is_chosen = segment.is_single && lobes.is_clear && index != OF_COAT;
+        let is_spread = lobes.ways[index] == SPREAD && (is_followed || count > 0u);
+        if is_spread && sees_sky(lobes, index) {
+            if is_chosen {
+                sky = vec3f(1.0);
+            } else if segment.is_single {
                 sky = sky_over_lobe(lobes, index, incoming);
             } else {
                 let share = min(largest(throughput * lobes.shares[index]), 1.0);

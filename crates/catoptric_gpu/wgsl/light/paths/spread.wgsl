@@ -238,8 +238,12 @@ fn lobe_ray(spread: Spread, index: u32, given: vec2f, count: f32, side: f32) -> 
     child.counts_sky = lobes.counts_sky[index];
     if child.counts_sky {
         child.counted = child.throughput * lobes.taken[index];
+        // A single ray shows what the lobe does as a whole, unless its one facet has chosen the lobe: wide cones would show
+        // what no facet does.
         if !spread.path.is_single {
             child.counted *= environment_within(found.direction, found.width);
+        } else if lobes.is_clear && index != OF_COAT {
+            child.counted *= environment_within(found.direction, 0.5 * found.width);
         }
     }
     child.is_cone = true;
