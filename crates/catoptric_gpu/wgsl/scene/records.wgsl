@@ -117,7 +117,9 @@ struct Frame {
     followed: u32,
     // Width, height and first row of each of the environment's maps: of irradiance, then of highlights, roughest first.
     // The fourth number of the first is that of the picture's reductions, whose places follow; that of the third one is
-    // the place of the light on surfaces behind the triangles.
+    // the place of the light on surfaces behind the triangles, that of the fourth one the number of lamps and, times
+    // 65536, the first reduction without their light, whose row is the fourth number of the reduction's place; that of the
+    // fifth is the row where lamps begin.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
     reductions: array<vec4u, MAX_REDUCTIONS>,
     // A pixel's single sample: its place from the pixel's corner, and the side of the square that it stands for, in

@@ -26,6 +26,9 @@ struct Waiting {
     paths: u32,
 }
 
+// Rays of a pixel that tell whether the light of lamps arrives over a lobe.
+const RAYS_TO_LAMPS = 4u;
+
 fn traced_hit(segment: Segment) -> u32 {
     return (nearest(root_of_paths(), segment.ray, 0.0, FAR, segment.own, 0u).triangle + 1u) | HIT_REFLECTS;
 }
@@ -91,7 +94,7 @@ fn begin_lobes(
     }
     let chosen = chosen_lobe((*children).spread.lobes, fract(moved.z + CHOICE.y));
     for (var index = 0u; index < LOBES; index++) {
-        let lobes = (*children).spread.lobes;
+        var lobes = (*children).spread.lobes;
         let throughput = (*children).spread.path.throughput;
         var is_followed = lobes.ways[index] == SHARP;
         var count = 0u;
@@ -112,15 +115,33 @@ fn begin_lobes(
                 sky = sky_over_lobe(lobes, index, incoming);
             } else {
                 let share = min(largest(throughput * lobes.shares[index]), 1.0);
-                let light = gathered_sky(lobes, index, incoming, place.numbers.first, place.numbers.step, share);
+                let cones = cone_count(place.numbers.step, share);
+                lobes.cones = min(f32(cones * place.numbers.step), MOST_CONES);
+                let light = gathered_sky(lobes, index, incoming, place.numbers.first, place.numbers.step, cones);
                 begun.light += throughput * light;
                 var found = vec3f(0.0);
                 for (var ray = 0u; ray < count; ray++) {
                     let numbers = number_of_lobe(place, index, count, ray);
                     let part = ray_of_lobe(lobes, index, incoming, numbers, f32(count));
-                    found += part.weight * environment_within(part.direction, part.width);
+                    found += part.weight * sky_within(part, part.width, lobes.cones);
                 }
                 sky = min(light * f32(count) / max(found, vec3f(1e-30)), vec3f(1e37));
+                if lamp_count() > 0u {
+                    let rays = RAYS_TO_LAMPS / place.numbers.step;
+                    let first = f32(place.numbers.first * rays) + moved.w;
+                    let numbers = fract((first + vec4f(0.0, 1.0, 2.0, 3.0)) / f32(RAYS_TO_LAMPS));
+                    let lamps = light_of_lamps(lobes, index, incoming, numbers);
+                    var arrives = vec3f(f32(rays));
+                    if largest(throughput * lamps.light) >= MIN_THROUGHPUT {
+                        arrives = vec3f(0.0);
+                        for (var ray = 0u; ray < rays; ray++) {
+                            let start = departing_ray(lamp_at(lamps.chosen[ray]).towards, (*children).spread.met.point);
+                            arrives += light_through(frame.root, start, FAR);
+                        }
+                    }
+                    begun.light += throughput * lamps.light * arrives / f32(rays);
+                }
+                (*children).spread.lobes.cones = lobes.cones;
             }
             (*children).spread.lobes.counts_sky[index] = true;
             (*children).spread.lobes.taken[index] = sky;

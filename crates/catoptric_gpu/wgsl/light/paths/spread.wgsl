@@ -241,7 +241,7 @@ fn lobe_ray(spread: Spread, index: u32, given: vec2f, count: f32, side: f32) -> 
         // A single ray shows what the lobe does as a whole, unless its one facet has chosen the lobe: wide cones would show
         // what no facet does.
         if !spread.path.is_single {
-            child.counted *= environment_within(found.direction, found.width);
+            child.counted *= sky_within(found, found.width, lobes.cones);
         } else if lobes.is_clear && index != OF_COAT {
             child.counted *= environment_within(found.direction, 0.5 * found.width);
         }

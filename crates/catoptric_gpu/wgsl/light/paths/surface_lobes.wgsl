@@ -46,6 +46,8 @@ struct SurfaceLobes {
     // The share of light that goes each way, and how it is followed.
     shares: array<vec3f, LOBES>,
     ways: array<u32, LOBES>,
+    // How many cones look for lamps.
+    cones: f32,
     // Whether the light from infinity that a lobe shows is counted where it begins, and the factor on what rays find of
     // it that makes all of them together take away as much as was counted.
     counts_sky: array<bool, LOBES>,
@@ -230,8 +232,9 @@ struct LobeRay {
     facet: vec3f,
     // The factor on its light, where all rays together have the lobe's.
     weight: vec3f,
-    // The angle across the part of the lobe that it stands for.
+    // The angle across the part of the lobe that it stands for, and how densely all lie there, a solid angle.
     width: f32,
+    density: f32,
 }
 
 // One of `count` rays of a lobe, by two numbers.
@@ -258,7 +261,13 @@ fn part_of_lobe(lobes: SurfaceLobes, index: u32, incoming: vec3f, number: vec2f,
     let is_there = any(direction != vec3f(0.0));
     let weight = lobe_weight(lobes, index, -dot(incoming, facet)) * select(0.0, share, is_there);
     let extent = extent_of_sample(alpha, local.z, max(viewer.z, 1e-3), count);
-    return LobeRay(direction, facet, weight, sqrt(extent));
+    let density = unmasked_share(alpha, viewer.z) / (extent * count);
+    return LobeRay(direction, facet, weight, sqrt(extent), density);
+}
+
+// The share of facets that are not masked for a ray.
+fn unmasked_share(alpha: f32, cosine: f32) -> f32 {
+    return 2.0 * cosine / (cosine + sqrt(alpha * alpha + (1.0 - alpha * alpha) * cosine * cosine));
 }
 
 // True if light from infinity arrives over a lobe: none does within a body.
@@ -273,17 +282,70 @@ const MOST_CONES = 64.0;
 const LEAST_CONES = 16.0;
 const OVERLAP = 1.8;
 
-// The light from infinity over a lobe, as if nothing stood before it: by the parts of a pattern that are one of so many
-// places of a pixel, for a share of the light.
-fn gathered_sky(lobes: SurfaceLobes, index: u32, incoming: vec3f, place: u32, places: u32, share: f32) -> vec3f {
-    let count = u32(clamp(MOST_CONES * sqrt(share) / f32(places), LEAST_CONES, MOST_CONES));
+// How many of them there are at one place.
+fn cone_count(places: u32, share: f32) -> u32 {
+    return u32(clamp(MOST_CONES * sqrt(share) / f32(places), LEAST_CONES, MOST_CONES));
+}
+
+// The light from infinity over a lobe, as if nothing stood before it, beside lamps: by so many parts of a pattern that are
+// one of so many places of a pixel.
+fn gathered_sky(lobes: SurfaceLobes, index: u32, incoming: vec3f, place: u32, places: u32, count: u32) -> vec3f {
     let all = f32(count * places);
     var sum = vec3f(0.0);
     for (var cone = 0u; cone < count; cone++) {
         let part = part_of_lobe(lobes, index, incoming, hammersley(cone * places + place, all), all);
-        sum += part.weight * environment_within(part.direction, OVERLAP * part.width);
+        sum += part.weight * sky_within(part, OVERLAP * part.width, lobes.cones);
     }
     return sum / f32(count);
+}
+
+// The light from infinity within a part of a lobe that so many cones cover.
+fn sky_within(part: LobeRay, width: f32, cones: f32) -> vec3f {
+    return environment_beside_lamps(part.direction, width, 1.0 - share_by_lamps(part.density * cones));
+}
+
+// The light of lamps over a lobe, as far as cones leave it out, and those that numbers choose, each as likely as it is
+// bright.
+struct LampLight {
+    light: vec3f,
+    chosen: vec4u,
+}
+
+fn light_of_lamps(lobes: SurfaceLobes, index: u32, incoming: vec3f, numbers: vec4f) -> LampLight {
+    let normal = lobe_step(lobes, index).facing.normal;
+    let alpha = alpha_of_lobe(lobes, index);
+    let sign = select(1.0, -1.0, index == OF_PASSING);
+    let cosine = -dot(incoming, normal);
+    let unmasked = unmasked_share(alpha, cosine);
+    let is_clear = lobes.is_clear && index != OF_COAT;
+    var found: LampLight;
+    var total = 0.0;
+    var rest = numbers;
+    for (var place = 0u; place < lamp_count(); place++) {
+        let lamp = lamp_at(place);
+        let height = dot(lamp.towards, normal) * sign;
+        if height <= 0.0 || dot(lamp.towards, lobes.facing.geometric) * sign <= 0.0 {
+            continue;
+        }
+        let towards = select(lamp.towards, lamp.towards - normal * (2.0 * dot(lamp.towards, normal)), sign < 0.0);
+        let facet = normalize_or(towards - incoming, normal);
+        let density = unmasked / extent_of_sample(alpha, dot(facet, normal), max(cosine, 1e-3), 1.0);
+        let share = select(unshadowed_share(alpha, height, cosine), 1.0, is_clear);
+        let weight = lobe_weight(lobes, index, -dot(incoming, facet)) * share;
+        let light = weight * lamp.light * (density * share_by_lamps(density * lobes.cones));
+        let brightness = light.x + light.y + light.z;
+        if !(brightness > 0.0 && brightness < 3e38) {
+            continue;
+        }
+        found.light += light;
+        total += brightness;
+        // One number chooses among all: what is left of it chooses among the next.
+        let likely = brightness / total;
+        let is_chosen = rest < vec4f(likely);
+        rest = select((rest - likely) / max(1.0 - likely, 1e-6), rest / likely, is_chosen);
+        found.chosen = select(found.chosen, vec4u(place), is_chosen);
+    }
+    return found;
 }
 
 // The mean of the light from infinity over a lobe, as if nothing stood before it.
