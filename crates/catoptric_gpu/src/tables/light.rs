@@ -66,8 +66,8 @@ pub struct EnvironmentPlaces {
     pub reductions: [[u32; 4]; MAX_REDUCTIONS],
 }
 
-/// The pictures of a scene's environment, if wanted with its picture's reductions; single black texels without one. Where
-/// surfaces see but a share of it, the irradiance is that of its rest beside suns.
+/// The pictures of a scene's environment, if wanted with its picture's reductions; single black texels without one.
+/// Where surfaces see but a share of it, the irradiance is that of its rest beside suns.
 pub fn environment_texels(scene: &Scene, with_reductions: bool) -> EnvironmentTexels {
     let Some(environment) = &scene.environment else {
         let black = vec![[0.0; 4]];

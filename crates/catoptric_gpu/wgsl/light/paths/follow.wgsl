@@ -40,6 +40,36 @@ fn number_of_lobe(place: PictureRay, index: u32, count: u32, ray: u32) -> vec2f 
     return number_of(RayNumbers(numbers.moved + CHOICE[index], numbers.first, numbers.step, total), ray);
 }
 
+// The light from infinity over a lobe, as if nothing stood before it, beside lamps: by cones of a pattern, of which a
+// place of the pixel has every so many-th, and as the lobe's rays find it. So many of both are given.
+fn gathered_sky(
+    lobes: SurfaceLobes,
+    index: u32,
+    incoming: vec3f,
+    place: PictureRay,
+    counts: vec2u,
+) -> array<vec3f, 2> {
+    let all = counts.x * place.numbers.step;
+    var sums = array<vec3f, 2>(vec3f(0.0), vec3f(0.0));
+    // One loop for both: compilers copy functions to each place that calls them.
+    for (var part = 0u; part < counts.x + counts.y; part++) {
+        let is_ray = part >= counts.x;
+        var number = hammersley(part * place.numbers.step + place.numbers.first, f32(all));
+        var weight = 1.0;
+        if is_ray {
+            number = number_of_lobe(place, index, counts.y, part - counts.x);
+            let chosen = facet_number(number, f32(counts.y));
+            number.x = chosen.x;
+            weight = chosen.y;
+        }
+        let found = part_of_lobe(lobes, index, incoming, number, f32(select(all, counts.y, is_ray)));
+        let width = found.width * select(OVERLAP, sqrt(weight), is_ray);
+        let light = found.weight * sky_within(found, width, lobes.cones) * weight;
+        sums[u32(is_ray)] += light / f32(select(counts.x, counts.y, is_ray));
+    }
+    return sums;
+}
+
 // The same of lobes, one after the other.
 fn next_lobe_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
     var child: Segment;
@@ -117,15 +147,9 @@ fn begin_lobes(
                 let share = min(largest(throughput * lobes.shares[index]), 1.0);
                 let cones = cone_count(place.numbers.step, share);
                 lobes.cones = min(f32(cones * place.numbers.step), MOST_CONES);
-                let light = gathered_sky(lobes, index, incoming, place.numbers.first, place.numbers.step, cones);
-                begun.light += throughput * light;
-                var found = vec3f(0.0);
-                for (var ray = 0u; ray < count; ray++) {
-                    let numbers = number_of_lobe(place, index, count, ray);
-                    let part = ray_of_lobe(lobes, index, incoming, numbers, f32(count));
-                    found += part.weight * sky_within(part, part.width, lobes.cones);
-                }
-                sky = min(light * f32(count) / max(found, vec3f(1e-30)), vec3f(1e37));
+                let gathered = gathered_sky(lobes, index, incoming, place, vec2u(cones, count));
+                begun.light += throughput * gathered[0];
+                sky = min(gathered[0] / max(gathered[1], vec3f(1e-30)), vec3f(1e37));
                 if lamp_count() > 0u {
                     let rays = RAYS_TO_LAMPS / place.numbers.step;
                     let first = f32(place.numbers.first * rays) + moved.w;

@@ -239,11 +239,11 @@ fn lobe_ray(spread: Spread, index: u32, given: vec2f, count: f32, side: f32) -> 
     if child.counts_sky {
         child.counted = child.throughput * lobes.taken[index];
         // A single ray shows what the lobe does as a whole, unless its one facet has chosen the lobe: wide cones would show
-        // what no facet does.
-        if !spread.path.is_single {
-            child.counted *= sky_within(found, found.width, lobes.cones);
-        } else if lobes.is_clear && index != OF_COAT {
-            child.counted *= environment_within(found.direction, 0.5 * found.width);
+        // what no facet does. It shows lamps, too.
+        let is_single = spread.path.is_single;
+        if !is_single || (lobes.is_clear && index != OF_COAT) {
+            let width = found.width * select(1.0, 0.5, is_single);
+            child.counted *= sky_within(found, width, select(lobes.cones, 1e9, is_single));
         }
     }
     child.is_cone = true;

@@ -287,18 +287,6 @@ fn cone_count(places: u32, share: f32) -> u32 {
     return u32(clamp(MOST_CONES * sqrt(share) / f32(places), LEAST_CONES, MOST_CONES));
 }
 
-// The light from infinity over a lobe, as if nothing stood before it, beside lamps: by so many parts of a pattern that are
-// one of so many places of a pixel.
-fn gathered_sky(lobes: SurfaceLobes, index: u32, incoming: vec3f, place: u32, places: u32, count: u32) -> vec3f {
-    let all = f32(count * places);
-    var sum = vec3f(0.0);
-    for (var cone = 0u; cone < count; cone++) {
-        let part = part_of_lobe(lobes, index, incoming, hammersley(cone * places + place, all), all);
-        sum += part.weight * sky_within(part, OVERLAP * part.width, lobes.cones);
-    }
-    return sum / f32(count);
-}
-
 // The light from infinity within a part of a lobe that so many cones cover.
 fn sky_within(part: LobeRay, width: f32, cones: f32) -> vec3f {
     return environment_beside_lamps(part.direction, width, 1.0 - share_by_lamps(part.density * cones));

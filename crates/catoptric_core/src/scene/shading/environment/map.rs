@@ -5,8 +5,8 @@ use crate::math::portable::PortableMath;
 use crate::parallel;
 use glam::{Vec2, Vec3, Vec4};
 
-/// A map of light by direction, for other look-ups than [`Environment`](super::Environment)'s own: an equirectangular picture with a
-/// border of its neighbours, one texel wide.
+/// A map of light by direction, for other look-ups than [`Environment`](super::Environment)'s own: an equirectangular
+/// picture with a border of its neighbours, one texel wide.
 #[derive(Clone, Copy, Debug)]
 pub struct LightMap<'a> {
     /// Texels of a row, without the border.

@@ -58,8 +58,8 @@ impl Sky {
         self.shares.nodes.iter().map(|&Node { corners: [a, b, c], parts }| [a, b, c, parts])
     }
 
-    /// The share of the light from infinity that arrives at a place, and the irradiance by emitters: each on the side of
-    /// the normals, and on the other.
+    /// The share of the light from infinity that arrives at a place, and the irradiance by emitters: each on the side
+    /// of the normals, and on the other.
     pub fn arriving(&self) -> impl ExactSizeIterator<Item = [[Vec3; 2]; 2]> + '_ {
         self.shares.arriving.iter().map(|&Arriving { sky, emitted }| [sky, emitted])
     }
