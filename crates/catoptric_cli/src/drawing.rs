@@ -272,15 +272,7 @@ impl<'a> Shot<'a> {
                 }
             });
             let noted = take_noted.as_mut().map(|take| take as &mut Taker<'_>);
-            let drawn = self.draw_with(&*method, on_gpu, (chosen, noted), progress).map(|mut drawing| {
-                if self.scene.sky.is_some() {
-                    let warning = "on the GPU surfaces scatter all of the environment's light and none of what \
-                                   other surfaces emit";
-                    drawing.warnings.push(warning.into());
-                }
-                drawing
-            });
-            match drawn {
+            match self.draw_with(&*method, on_gpu, (chosen, noted), progress) {
                 // Only the CPU can draw this.
                 Err(Failure::Input(problem)) if !gpu.is_wanted && !are_some_taken => {
                     let mut drawing = self.draw_on_cpu(chosen, take, progress)?;

@@ -328,6 +328,8 @@ fn flags_of_objects(scene: &Scene) -> Vec<u32> {
             (flags::REFLECTS, material.role != Role::Diffuse),
             (flags::REFRACTS, material.role == Role::Lens),
             (flags::IS_ROUGH, material.reflection_roughness() > 0.0),
+            (flags::SPREADS, material.lobes().is_some()),
+            (flags::PASSES, material.role != Role::Lens && !material.unlit && material.lets_light_pass()),
         ])
     };
     (0..scene.objects.len() as u32).map(of_object).collect()

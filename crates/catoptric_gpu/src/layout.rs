@@ -2,10 +2,14 @@
 //!
 //! A test compares their sizes and the offsets of all fields with the shaders'.
 
+#[macro_use]
+mod flags;
+mod lobes;
 mod lookups;
 mod rough;
 mod virtual_mesh;
 
+pub use lobes::{LobesRecord, lobe_flags};
 pub use lookups::{FieldRegion, FieldSlab, Layer, LayerGroup, MAX_VIEWPOINTS, ReflectorMap};
 pub use rough::{GRIDS, Grids, LIGHT_BYTES, MOST_REDUCTIONS, PASSAGE_BYTES, SHARP_BYTES, WORD_BYTES};
 pub use virtual_mesh::{Appearance, GRID_SIDE, PICTURE_SIDE, Piece, Point, Reflection, START_RAY_BYTES};
@@ -30,14 +34,6 @@ pub const MAX_ORDER: u32 = 16;
 pub const WIDTH: usize = 8;
 /// The deepest hierarchy that shaders can walk.
 pub const MAX_DEPTH: usize = 64;
-
-macro_rules! flags {
-    ($($(#[$doc:meta])* $name:ident = $bit:expr;)*) => {
-        $($(#[$doc])* pub const $name: u32 = 1 << $bit;)*
-        /// All of them with their names in shaders.
-        pub const ALL: &[(&str, u32)] = &[$((stringify!($name), $name)),*];
-    };
-}
 
 /// The union of those bits that are to be set.
 pub(crate) fn bits(all: &[(u32, bool)]) -> u32 {
@@ -192,12 +188,15 @@ pub mod hit_flags {
     pub const HIT_LIST_REFLECTS: u32 = 1 << 28;
     /// And by refraction.
     pub const HIT_LIST_REFRACTS: u32 = 1 << 29;
+    /// What is shown there is known, or found by rays of lobes: tiles follow no ray.
+    pub const HIT_BLURRED: u32 = 1 << 27;
     /// All of them with their names in shaders.
     pub const ALL: &[(&str, u32)] = &[
         ("HIT_REFLECTS", HIT_REFLECTS),
         ("HIT_REFRACTS", HIT_REFRACTS),
         ("HIT_LIST_REFLECTS", HIT_LIST_REFLECTS),
         ("HIT_LIST_REFRACTS", HIT_LIST_REFRACTS),
+        ("HIT_BLURRED", HIT_BLURRED),
     ];
 }
 
@@ -216,6 +215,10 @@ pub mod triangle_flags {
         REFRACTS = 4;
         /// The triangle belongs to a rough mirror or coat.
         IS_ROUGH = 5;
+        /// Rays follow lobes of the triangle's surface.
+        SPREADS = 6;
+        /// Some of the light that arrives at the triangle's surface, which is no lens, goes straight on.
+        PASSES = 7;
     }
 }
 
@@ -344,8 +347,10 @@ pub struct Surface {
     pub turning_map: u32,
     /// The factor on that map's slopes.
     pub turning_scale: f32,
+    /// The texel among those of objects where the lobes begin that rays follow, or [`NONE`]: see [`LobesRecord`].
+    pub lobes: u32,
     /// Padding.
-    pub unused: [f32; 2],
+    pub unused: f32,
     /// The exact surface.
     pub exact: ExactSurface,
     /// Textures: see [`BindingPlace`].
@@ -451,8 +456,8 @@ pub struct Frame {
     pub sample_place: [f32; 2],
     /// The side of the square that it stands for, in pixels.
     pub sample_side: f32,
-    /// Padding.
-    pub unused: f32,
+    /// Suns of the sky, behind the lights in use.
+    pub sun_count: u32,
 }
 
 /// The path that a pass of tiles works on.

@@ -8,6 +8,7 @@ mod layers;
 mod light;
 mod maps;
 mod moved;
+mod sky;
 mod surfaces;
 mod textures;
 
@@ -19,6 +20,7 @@ pub use maps::{MapTables, map_tables};
 pub use moved::Moved;
 #[cfg(feature = "wgpu")]
 pub(crate) use moved::has_pictures;
+pub use sky::sky_texels;
 pub use surfaces::surface_records;
 pub use textures::{TextureTables, texture_tables};
 
@@ -43,12 +45,14 @@ pub struct Earlier<'a> {
 pub struct SceneTables {
     /// All vertices.
     pub vertices: Vec<Vertex>,
-    /// Three vertices and the object of every triangle.
+    /// Three vertices and the object of every triangle; behind them the light on them: see [`sky_texels`].
     pub triangles: Vec<[u32; 4]>,
     /// Objects with their materials.
     pub surfaces: Vec<Surface>,
-    /// The programs of expressions, which lie behind the objects.
-    pub programs: Vec<[u32; 4]>,
+    /// What lies behind the objects: programs of expressions, and lobes.
+    pub behind_surfaces: Vec<[u32; 4]>,
+    /// True if rays follow the lobes of surfaces.
+    pub follows_lobes: bool,
     /// The shapes of objects.
     pub shapes: Vec<ObjectShape>,
     /// Over all triangles.
@@ -61,26 +65,29 @@ pub struct SceneTables {
 
 impl SceneTables {
     /// The tables of a scene, with what holds of an earlier moment of it. Of triangles of mirrors and glass that do not
-    /// show anything the own light alone is seen.
-    pub fn new(scene: &Scene, earlier: Option<Earlier<'_>>, shows: impl Fn(u32) -> bool) -> Self {
+    /// show anything the own light alone is seen. Lobes are followed if `follows_lobes`.
+    pub fn new(scene: &Scene, earlier: Option<Earlier<'_>>, shows: impl Fn(u32) -> bool, follows_lobes: bool) -> Self {
         let tested = |triangle: &u32| scene.is_alpha_tested(scene.triangle_objects[*triangle as usize]);
         let all = 0..scene.triangles.len() as u32;
         let (with_holes, mut draw_order): (Vec<u32>, Vec<u32>) = all.partition(tested);
         let solid_count = draw_order.len() as u32;
         draw_order.extend(with_holes);
         for triangle in &mut draw_order {
-            let bits = if shows(*triangle) { onward_bits(scene, *triangle) } else { 0 };
+            let bits = if shows(*triangle) { onward_bits(scene, *triangle, follows_lobes) } else { 0 };
             *triangle = (*triangle + 1) | bits;
         }
         let shapes = surfaces::shapes(scene, earlier.map(|earlier| (earlier.scene, earlier.shapes)));
         let refitted = earlier.and_then(|earlier| earlier.hierarchy.refitted(scene));
         let of_object = scene.triangles.iter().zip(&scene.triangle_objects);
-        let (surfaces, programs) = surface_records(scene, &shapes);
+        let mut triangles: Vec<_> = of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect();
+        triangles.extend(sky_texels(scene.sky.as_deref(), triangles.len()));
+        let (surfaces, behind_surfaces) = surface_records(scene, &shapes, follows_lobes);
         Self {
             vertices: vertices(scene),
-            triangles: of_object.map(|(&[a, b, c], object)| [a, b, c, *object]).collect(),
+            triangles,
             surfaces,
-            programs,
+            behind_surfaces,
+            follows_lobes,
             shapes,
             hierarchy: refitted.unwrap_or_else(|| Hierarchy::new(scene)),
             draw_order,
@@ -90,9 +97,14 @@ impl SceneTables {
 }
 
 /// The bits of hits on a triangle that say how light goes on from there.
-pub(crate) fn onward_bits(scene: &Scene, triangle: u32) -> u32 {
-    let role = scene.role_of(scene.triangle_objects[triangle as usize]);
-    bits(&[(hit_flags::HIT_REFLECTS, role != Role::Diffuse), (hit_flags::HIT_REFRACTS, role == Role::Lens)])
+pub(crate) fn onward_bits(scene: &Scene, triangle: u32, follows_lobes: bool) -> u32 {
+    let material = scene.material_of(scene.triangle_objects[triangle as usize]);
+    let (role, has_lobes) = (material.role, follows_lobes && material.lobes().is_some());
+    bits(&[
+        (hit_flags::HIT_REFLECTS, role != Role::Diffuse || has_lobes),
+        (hit_flags::HIT_REFRACTS, role == Role::Lens),
+        (hit_flags::HIT_BLURRED, has_lobes),
+    ])
 }
 
 fn vertices(scene: &Scene) -> Vec<Vertex> {

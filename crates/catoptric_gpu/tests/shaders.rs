@@ -3,9 +3,10 @@
 use catoptric::surface::Implicit;
 use catoptric_gpu::layout::{
     Appearance, Binding, ExactSurface, FieldRegion, FieldSlab, Frame, GRID_SIDE, GRIDS, Grids, Layer, LayerGroup,
-    LeafTriangle, Level, LightRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MOST_REDUCTIONS, MirrorPath,
-    Node, PICTURE_SIDE, PathList, Piece, Point, Reflection, ReflectorMap, START_RAY_BYTES, Surface, TEXEL_ROW,
-    TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, surface_flags, triangle_flags,
+    LeafTriangle, Level, LightRecord, LobesRecord, MAX_DEPTH, MAX_LIGHTS, MAX_ORDER, MAX_VIEWPOINTS, MOST_REDUCTIONS,
+    MirrorPath, Node, PICTURE_SIDE, PathList, Piece, Point, Reflection, ReflectorMap, START_RAY_BYTES, Surface,
+    TEXEL_ROW, TextureRecord, Tiling, Vertex, WIDTH, WideChild, frame_flags, hit_flags, lobe_flags, surface_flags,
+    triangle_flags,
 };
 use catoptric_gpu::shader;
 use naga::front::wgsl;
@@ -75,12 +76,13 @@ fn records() -> Vec<Record> {
             base_color, emissive, role, absorption, flags, specular, specular_at_grazing, own_color, alpha_cutoff,
             metallic, roughness, facets_coat, facets_coat_roughness, ior, coat, highlight_roughness, extent, ramp,
             attenuation, attenuation_distance, normal_scale, occlusion_strength, mirror_roughness, turning_map,
-            turning_scale,
+            turning_scale, lobes,
         } before exact),
+        record!("LobesRecord": LobesRecord { transmission, flags, coat_normal_scale } before bindings),
         record!("Frame": Frame {
             clip_from_world, origin, flags, direction, order, right, width, down, height, light_count, root,
             first_row, extent, cells, tiled_events, followed, maps, reductions, sample_place,
-            sample_side,
+            sample_side, sun_count,
         }),
     ]
 }
@@ -125,6 +127,7 @@ fn tables_are_read_where_records_lie() {
         ("SURFACE_TEXELS", size_of::<Surface>()),
         ("EXACT_AT", offset_of!(Surface, exact)),
         ("BINDINGS_AT", offset_of!(Surface, bindings)),
+        ("LOBE_BINDINGS_AT", offset_of!(LobesRecord, bindings)),
         ("TEXTURE_TEXELS", size_of::<TextureRecord>()),
         ("LEVELS_AT", offset_of!(TextureRecord, levels)),
         ("NODE_TEXELS", size_of::<Node>()),
@@ -208,7 +211,7 @@ fn limits_are_the_same_on_both_sides() {
 #[test]
 fn flags_are_the_same_on_both_sides() {
     let source = shader::source("frame.wgsl");
-    let all = [surface_flags::ALL, frame_flags::ALL, triangle_flags::ALL, hit_flags::ALL].concat();
+    let all = [surface_flags::ALL, lobe_flags::ALL, frame_flags::ALL, triangle_flags::ALL, hit_flags::ALL].concat();
     for (name, value) in all {
         let written = [format!("const {name} = {value}u;"), format!("const {name} = {value:#x}u;")];
         assert!(written.iter().any(|line| source.contains(line)), "{name} is not {value} in the shaders");

@@ -13,6 +13,7 @@ use crate::tables::Moved;
 use catoptric::clock::Stopwatch;
 use catoptric::error::RenderError;
 use catoptric::framebuffer::Framebuffer;
+use catoptric::light::bodies::bodies_meet;
 use catoptric::methods::bake::Baked;
 use catoptric::methods::lookup::environment_map::{self, EnvironmentMapSettings};
 use catoptric::methods::lookup::layered_environment_map::{LayeredEnvironmentMapSettings, LayeredMaps};
@@ -24,9 +25,9 @@ use catoptric::methods::projection::reflector_search::{Refine, ReflectorSearchSe
 use catoptric::methods::projector::VertexProjector;
 use catoptric::methods::{self, Choice, Frame, Method, MethodInfo, Prepared, Quality, Report, Settings};
 use catoptric::progress::{Progress, Stage};
-use catoptric::scene::{Scene, View};
+use catoptric::scene::{AlphaMode, Lobes, Material, Scene, View};
 use catoptric::tone::Display;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 /// The method with this id and these settings on a device; `None` for methods that draw on the processor alone
@@ -182,10 +183,6 @@ impl DeviceMethod {
         if bake.is_some() && !matches!(self.way, Way::Fields(_) | Way::Layers(_) | Way::Project(..)) {
             return Err(self.refuse("on the GPU it uses no baked files"));
         }
-        let has_lobes = |object: u32| scene.material_of(object).lobes().is_some();
-        if matches!(self.way, Way::Follow) && (0..scene.objects.len() as u32).any(has_lobes) {
-            return Err(self.refuse("surfaces whose reflections depend on textures or are partly clear need the CPU"));
-        }
         let Loaded { drawn_scene, fields, layers, mut report } =
             self.load(scene, quality, bake.as_ref(), None, progress)?;
         let projection = match &self.way {
@@ -215,6 +212,28 @@ fn choices(scene: &Scene) -> Vec<Choice> {
         reason: "the one on the GPU".into(),
     };
     scene.specular_objects().into_iter().map(choice).collect()
+}
+
+/// The first property of lobes in a scene that no shader draws, if there is one.
+fn undrawn_lobes(scene: &Scene, quality: Quality) -> Option<&'static str> {
+    let all = || scene.materials.iter().filter_map(|material| Some((material, material.lobes()?)));
+    let any = |has: fn(&Material, &Lobes) -> bool| all().any(|(material, lobes)| has(material, lobes));
+    let problems = [
+        (
+            any(|material, _| material.has_inside()) && bodies_meet(scene),
+            "clear bodies that touch each other need the CPU",
+        ),
+        (any(|_, lobes| lobes.sheen != Vec3::ZERO), "surfaces with a sheen need the CPU"),
+        (any(|_, lobes| lobes.anisotropy > 0.0), "brushed surfaces need the CPU"),
+        (any(|_, lobes| lobes.film.is_some()), "thin films need the CPU"),
+        (any(|_, lobes| lobes.diffuse_transmission > 0.0), "surfaces that scatter light through need the CPU"),
+        (any(|_, lobes| lobes.dispersion > 0.0), "glass that disperses light needs the CPU"),
+        (
+            quality.order == 0 && any(|material, _| material.alpha_mode == AlphaMode::Blend),
+            "surfaces that blend need the CPU where paths end at once",
+        ),
+    ];
+    problems.into_iter().find_map(|(is_there, problem)| is_there.then_some(problem))
 }
 
 impl DeviceMethod {
@@ -248,6 +267,10 @@ impl DeviceMethod {
                 _ => {}
             }
         }
+        let follows_lobes = matches!(way, Way::Follow);
+        if let Some(problem) = undrawn_lobes(scene, quality).filter(|_| follows_lobes) {
+            return Err(self.refuse(problem));
+        }
         let mut report = Report::default();
         // Before anything is captured, which takes longer: what cannot be drawn is refused here.
         let stage = Stage::begin(progress, "loading the scene into the GPU", 1)?;
@@ -265,7 +288,7 @@ impl DeviceMethod {
         let before = old.map(|old| &old.drawn_scene.resident);
         let shows = |triangle| reflections.show(triangle);
         let narrowed = |features| reflections.narrowed(features);
-        let resident = DeviceScene::new(context, scene, before, shows, narrowed).map_err(refuse)?;
+        let resident = DeviceScene::new(context, scene, before, (shows, follows_lobes), narrowed).map_err(refuse)?;
         let mut bytes = resident.byte_count;
         if let Way::Project(_, Some(search)) = way {
             let on_device = OnDevice::new(context, scene, &resident, *search).map_err(refuse)?;

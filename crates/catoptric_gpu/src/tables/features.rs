@@ -4,7 +4,7 @@ use crate::layout::{BINDINGS, BindingPlace, EXPRESSION, NONE, Surface, surface_f
 use catoptric::scene::{Role, Scene};
 
 /// The number of yes-or-no features.
-const COUNT: usize = 19;
+const COUNT: usize = 22;
 
 /// The shaders' names of the features.
 const NAMES: [&str; COUNT] = [
@@ -27,6 +27,9 @@ const NAMES: [&str; COUNT] = [
     ROUGH,
     LISTS,
     "ENDS_IN_ENVIRONMENT",
+    LOBES,
+    "HAS_SKY",
+    "HAS_SUNS",
 ];
 
 /// Surfaces have holes where their alpha is low.
@@ -39,8 +42,11 @@ const LISTS: &str = "HAS_LISTS";
 const TURNS: &str = "HAS_TURNS";
 /// Some mirrors or coats are rough.
 const ROUGH: &str = "HAS_ROUGH";
+/// Rays follow lobes of some surfaces.
+const LOBES: &str = "HAS_LOBES";
 /// The features that decide where rays go, and those that do so too where normal maps turn rays.
-const OF_RAYS: [&str; 8] = [LENSES, "HAS_EXACT", HOLES, "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, ROUGH, LISTS];
+const OF_RAYS: [&str; 9] =
+    [LENSES, "HAS_EXACT", HOLES, "HAS_HIGHER_DEGREES", "HAS_EXPRESSIONS", TURNS, ROUGH, LISTS, LOBES];
 const OF_TURNED_RAYS: [&str; 2] = ["HAS_NORMAL_MAPS", "HAS_SECOND_UVS"];
 
 /// The features that a scene has: each is a constant of the shaders.
@@ -59,11 +65,12 @@ impl SceneFeatures {
             |role: Role| scene.objects.iter().any(|object| scene.materials[object.material as usize].role == role);
         let uses = |place: usize| surfaces.iter().any(|surface| surface.bindings[place].texture != NONE);
         let places = 0..BINDINGS;
+        let has_suns = scene.sky.as_ref().is_some_and(|sky| !sky.suns().is_empty());
         Self {
             has: [
                 scene.environment.is_some(),
                 !scene.lights.is_empty(),
-                scene.light_visibility.is_some() && !scene.lights.is_empty(),
+                scene.light_visibility.is_some() && (!scene.lights.is_empty() || has_suns),
                 any(flags::MICROFACETS),
                 uses(BindingPlace::Normals as usize) || uses(BindingPlace::CoatNormals as usize),
                 surfaces.iter().any(|surface| surface.highlight_roughness >= 0.0),
@@ -80,6 +87,9 @@ impl SceneFeatures {
                 surfaces.iter().any(|surface| surface.mirror_roughness > 0.0),
                 false,
                 scene.ends_in_environment && scene.environment.is_some(),
+                surfaces.iter().any(|surface| surface.lobes != NONE),
+                scene.sky.is_some(),
+                has_suns,
             ],
             bindings_used: places.rev().find(|place| uses(*place)).map_or(0, |place| place as u32 + 1),
         }
@@ -90,14 +100,19 @@ impl SceneFeatures {
         self.has_any(&[LENSES])
     }
 
-    /// True if mirrors or glass spread what they reflect or refract.
+    /// True if surfaces spread what they reflect or refract.
     pub fn spreads_light(&self) -> bool {
-        self.has_any(&[TURNS, ROUGH])
+        self.has_any(&[TURNS, ROUGH, LOBES])
     }
 
     /// True if some mirrors or coats are rough.
     pub fn has_rough(&self) -> bool {
         self.has_any(&[ROUGH])
+    }
+
+    /// True if rays follow lobes of some surfaces.
+    pub fn has_lobes(&self) -> bool {
+        self.has_any(&[LOBES])
     }
 
     /// True if some surfaces have holes.

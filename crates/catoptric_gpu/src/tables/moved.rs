@@ -30,6 +30,7 @@ impl Moved {
             && before.objects.iter().zip(&now.objects).all(is_same_object)
             && before.materials == now.materials
             && has_pictures(now, &before.textures, before.environment.as_ref())
+            && are_same(before.sky.as_ref(), now.sky.as_ref())
             && before.lights.is_empty() == now.lights.is_empty()
             && now.lights.len() <= MAX_LIGHTS
             && before.light_visibility.is_some() == now.light_visibility.is_some()
@@ -68,7 +69,7 @@ impl SceneTables {
     pub fn move_to(&mut self, before: &Scene, scene: &Scene, moved: &Moved) -> MovedPlaces {
         let places = self.hierarchy.move_to(scene, |object| moved.has(object));
         self.shapes = surfaces::shapes(scene, Some((before, &self.shapes)));
-        (self.surfaces, self.programs) = surface_records(scene, &self.shapes);
+        (self.surfaces, self.behind_surfaces) = surface_records(scene, &self.shapes, self.follows_lobes);
         for object in moved.of(scene) {
             let first = object.vertices.start as usize;
             let vertices = &mut self.vertices[first..object.vertices.end as usize];
@@ -84,11 +85,14 @@ impl SceneTables {
 
 /// True if these are a scene's textures and its environment.
 pub(crate) fn has_pictures(scene: &Scene, textures: &[Arc<Texture>], environment: Option<&Arc<Environment>>) -> bool {
-    let has_environment = match (environment, &scene.environment) {
-        (Some(a), Some(b)) => Arc::ptr_eq(a, b),
-        (a, b) => a.is_none() && b.is_none(),
-    };
-    has_environment
+    are_same(environment, scene.environment.as_ref())
         && textures.len() == scene.textures.len()
         && textures.iter().zip(&scene.textures).all(|(a, b)| Arc::ptr_eq(a, b))
+}
+
+fn are_same<T>(one: Option<&Arc<T>>, other: Option<&Arc<T>>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (one, other) => one.is_none() && other.is_none(),
+    }
 }

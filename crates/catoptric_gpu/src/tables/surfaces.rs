@@ -1,10 +1,11 @@
 //! Objects with their materials, as records for shaders.
 
+use crate::layout::lobe_flags;
 use crate::layout::surface_flags as flags;
-use crate::layout::{BINDINGS, Binding, BindingPlace, EXPRESSION, ExactSurface, NONE, Surface, bits};
+use crate::layout::{BINDINGS, Binding, BindingPlace, EXPRESSION, ExactSurface, LobesRecord, NONE, Surface, bits};
 use catoptric::methods::projection::multiperspective::{ObjectShape, object_shapes};
 use catoptric::parallel;
-use catoptric::scene::{AlphaMode, Material, Object, Role, Scene, TextureBinding};
+use catoptric::scene::{AlphaMode, Lobes, Material, Object, Role, Scene, TextureBinding};
 use catoptric::surface::{AnalyticSurface, Instruction, PlacedSurface, Taylor2};
 use glam::{DVec3, Vec3};
 
@@ -55,29 +56,60 @@ fn is_moved_as_whole(scene: &Scene, before: &Scene, object: usize) -> bool {
     now == then && !parallel::map_collect(chunks.len(), |chunk| chunks[chunk].iter().all(are_same)).contains(&false)
 }
 
-/// The records of all objects, by their shapes, and the programs of surfaces that are given by expressions: they lie
-/// behind the objects, a texel a step.
-pub fn surface_records(scene: &Scene, shapes: &[ObjectShape]) -> (Vec<Surface>, Vec<[u32; 4]>) {
-    let mut programs = Programs { first: scene.objects.len() * size_of::<Surface>() / 16, steps: Vec::new() };
+/// The records of all objects, by their shapes, and what lies behind them: the programs of surfaces that are given by
+/// expressions, a texel a step, and the lobes that rays follow, if they do.
+pub fn surface_records(scene: &Scene, shapes: &[ObjectShape], follows_lobes: bool) -> (Vec<Surface>, Vec<[u32; 4]>) {
+    let mut behind = BehindObjects { first: scene.objects.len() * size_of::<Surface>() / 16, texels: Vec::new() };
     let with_shapes = scene.objects.iter().zip(shapes);
-    let records = with_shapes.map(|(object, shape)| surface(scene, object, shape, &mut programs)).collect();
-    (records, programs.steps)
+    let records = with_shapes.map(|(object, shape)| {
+        let mut record = surface(scene, object, shape, &mut behind);
+        let material = &scene.materials[object.material as usize];
+        if let Some(lobes) = material.lobes().filter(|_| follows_lobes) {
+            record.lobes = behind.add(bytemuck::cast_slice(&[lobes_record(scene, material, lobes)])) as u32;
+        }
+        record
+    });
+    (records.collect(), behind.texels)
 }
 
-/// Programs of expressions.
-struct Programs {
-    /// The texel of the first step.
+/// Texels behind those of objects.
+struct BehindObjects {
+    /// The first of them.
     first: usize,
-    steps: Vec<[u32; 4]>,
+    texels: Vec<[u32; 4]>,
 }
 
-impl Programs {
-    /// Adds a program: the numbers of the first step and of steps.
-    fn add(&mut self, program: &[Instruction]) -> [f64; 2] {
-        let first = self.first + self.steps.len();
-        self.steps.extend(program.iter().map(step_of));
-        [first as f64, program.len() as f64]
+impl BehindObjects {
+    /// Adds some: the place of the first.
+    fn add(&mut self, texels: &[[u32; 4]]) -> usize {
+        let first = self.first + self.texels.len();
+        self.texels.extend_from_slice(texels);
+        first
     }
+
+    /// Adds a program: the numbers of the first step and of steps.
+    fn add_program(&mut self, program: &[Instruction]) -> [f64; 2] {
+        let steps: Vec<[u32; 4]> = program.iter().map(step_of).collect();
+        [self.add(&steps) as f64, program.len() as f64]
+    }
+}
+
+fn lobes_record(scene: &Scene, material: &Material, lobes: &Lobes) -> LobesRecord {
+    let mut record = LobesRecord {
+        transmission: lobes.transmission,
+        flags: bits(&[
+            (lobe_flags::THIN, lobes.is_thin),
+            (lobe_flags::PLATE, lobes.is_plate),
+            (lobe_flags::HAS_INSIDE, material.has_inside()),
+            (lobe_flags::BLENDS, material.alpha_mode == AlphaMode::Blend),
+        ]),
+        coat_normal_scale: material.coat_normal_map.as_ref().map_or(0.0, |map| map.scale),
+        ..LobesRecord::default()
+    };
+    for (record, binding) in record.bindings.iter_mut().zip(&lobes.textures) {
+        *record = binding.as_ref().map_or_else(Binding::default, |binding| binding_record(scene, binding));
+    }
+    record
 }
 
 /// A step as shaders read it: what it does, and a whole number or another one.
@@ -102,7 +134,7 @@ fn step_of(step: &Instruction) -> [u32; 4] {
     }
 }
 
-fn surface(scene: &Scene, object: &Object, shape: &ObjectShape, programs: &mut Programs) -> Surface {
+fn surface(scene: &Scene, object: &Object, shape: &ObjectShape, behind: &mut BehindObjects) -> Surface {
     let material = &scene.materials[object.material as usize];
     let facets = material.microfacets.clone().unwrap_or_default();
     let blend = material.blend.unwrap_or_default();
@@ -124,7 +156,8 @@ fn surface(scene: &Scene, object: &Object, shape: &ObjectShape, programs: &mut P
         alpha_cutoff: match material.alpha_mode {
             AlphaMode::Opaque => -1.0,
             AlphaMode::Mask(cutoff) => cutoff,
-            AlphaMode::Blend => 0.5,
+            // Wherever there is anything of it.
+            AlphaMode::Blend => f32::MIN_POSITIVE,
         },
         metallic: facets.metallic,
         roughness: facets.roughness,
@@ -142,8 +175,9 @@ fn surface(scene: &Scene, object: &Object, shape: &ObjectShape, programs: &mut P
         mirror_roughness: material.reflection_roughness(),
         turning_map: turning_map(scene, material),
         turning_scale: material.turning_map().map_or(0.0, |map| map.scale),
-        unused: [0.0; 2],
-        exact: object.surface.as_ref().map(|surface| exact(surface, programs)).unwrap_or_default(),
+        lobes: NONE,
+        unused: 0.0,
+        exact: object.surface.as_ref().map(|surface| exact(surface, behind)).unwrap_or_default(),
         bindings: bindings(scene, material),
     }
 }
@@ -191,21 +225,26 @@ fn bindings(scene: &Scene, material: &Material) -> [Binding; BINDINGS] {
         (BindingPlace::CoatNormals, coat_normals),
     ];
     for (place, binding) in places {
-        if let Some(TextureBinding { texture, uv_channel, texture_from_uv: map }) = binding {
-            let is_there = (*texture as usize) < scene.textures.len();
-            records[place as usize] = Binding {
-                matrix: map.matrix2.to_cols_array(),
-                translation: map.translation.to_array(),
-                texture: if is_there { *texture } else { NONE },
-                channel: u32::from(uv_channel & 1),
-            };
+        if let Some(binding) = binding {
+            records[place as usize] = binding_record(scene, binding);
         }
     }
     records
 }
 
+fn binding_record(scene: &Scene, binding: &TextureBinding) -> Binding {
+    let TextureBinding { texture, uv_channel, texture_from_uv: map } = binding;
+    let is_there = (*texture as usize) < scene.textures.len();
+    Binding {
+        matrix: map.matrix2.to_cols_array(),
+        translation: map.translation.to_array(),
+        texture: if is_there { *texture } else { NONE },
+        channel: u32::from(uv_channel & 1),
+    }
+}
+
 /// The record of a surface given by a formula.
-fn exact(placed: &PlacedSurface, programs: &mut Programs) -> ExactSurface {
+fn exact(placed: &PlacedSurface, behind: &mut BehindObjects) -> ExactSurface {
     let place = &placed.world_from_surface;
     // A polynomial of second degree is known everywhere by its value and derivatives at the centre.
     let polynomial = || {
@@ -240,7 +279,7 @@ fn exact(placed: &PlacedSurface, programs: &mut Programs) -> ExactSurface {
         }
         AnalyticSurface::Implicit(shape) => {
             let (program, [scale, factor]) = shape.program();
-            let [first, count] = programs.add(program);
+            let [first, count] = behind.add_program(program);
             (false, formula(EXPRESSION, [1.0 / scale, factor, 0.0], [first, count, 0.0]))
         }
     };

@@ -37,6 +37,7 @@ fn trials() -> Vec<Trial> {
     match catoptric_gpu::Context::new(None) {
         Ok(context) => {
             let mut trials = pictures::trials(&context);
+            trials.extend(lobes::trials(&context));
             trials.extend(motion::trials(&context));
             trials.extend(renderer::trials(&context));
             trials.extend(projected::trials(&context));
@@ -50,6 +51,8 @@ fn trials() -> Vec<Trial> {
     }
 }
 
+#[cfg(feature = "wgpu")]
+mod lobes;
 #[cfg(feature = "wgpu")]
 mod motion;
 #[cfg(feature = "wgpu")]

@@ -42,14 +42,14 @@ impl SceneResources {
         };
         let rows = |count: usize| [count.clamp(1, TEXEL_ROW) as u32, count.div_ceil(TEXEL_ROW).max(1) as u32];
         let table = |bytes: &[u8]| picture(TextureFormat::Rgba32Uint, rows(bytes.len() / 16), bytes);
-        let tables = SceneTables::new(scene, None, |_| true);
-        let environment = environment_texels(scene.environment.as_deref(), true);
+        let tables = SceneTables::new(scene, None, |_| true, false);
+        let environment = environment_texels(scene, true);
         let textures = texture_tables(scene)?;
         let cells: Vec<[f32; 4]> =
             ReflectanceTable::get().rows().iter().flatten().map(|cell| cell.to_array()).collect();
         let numbers = TextureFormat::Rgba32Float;
         let mut surfaces: Vec<[u32; 4]> = bytemuck::cast_slice(&tables.surfaces).to_vec();
-        surfaces.extend(&tables.programs);
+        surfaces.extend(&tables.behind_surfaces);
         let views = vec![
             table(bytemuck::cast_slice(&tables.vertices)),
             table(bytemuck::cast_slice(&tables.triangles)),

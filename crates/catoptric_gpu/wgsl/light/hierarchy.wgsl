@@ -66,6 +66,10 @@ const REFLECTS = 8u;
 const REFRACTS = 16u;
 // The triangle's surface is a rough mirror or coat.
 const IS_ROUGH = 32u;
+// Rays follow lobes of the triangle's surface.
+const SPREADS = 64u;
+// Some of the light that arrives, at no lens, goes straight on.
+const PASSES = 128u;
 
 // Faces of an object that is not closed count from behind only at this share of its extent.
 const AROUND = 0.05;

@@ -119,6 +119,25 @@ fn pass_glass(triangle: LeafTriangle, ray: Ray, met: TriangleMet) {
     absorbed += surface_of(surface).absorption * select(-met.distance, met.distance, leaves);
 }
 
+// The share of light that goes on behind a surface which is no lens: the twin of `scene/shading/passing`.
+fn passing(triangle: LeafTriangle, ray: Ray, met: TriangleMet) -> vec3f {
+    let at = Barycentrics(met.weights, vec2f(0.0), vec2f(0.0));
+    let point = surface_point(triangle_at(triangle.triangle), at, 1u);
+    let surface = surface_of(point.object);
+    let base = surface.base_color * point.color * sample_binding(point.object, BASE, point);
+    if surface.lobes == NONE {
+        return vec3f(1.0 - clamp(base.w, 0.0, 1.0));
+    }
+    let record = lobes_record_at(surface.lobes);
+    let coverage = select(1.0, clamp(base.w, 0.0, 1.0), (record.flags & BLENDS) != 0u);
+    let texture = binding_at(surface.lobes + LOBE_BINDINGS_AT + 2u * OF_TRANSMISSION);
+    let transmission = record.transmission * sample_bound(texture, point).x;
+    let metallic = surface.metallic * sample_binding(point.object, FACETS, point).z;
+    let specular = largest(surface.specular);
+    let reflected = specular + (surface.specular_at_grazing - specular) * grazing_share(abs(dot(ray.direction, point.normal)));
+    return base.xyz * (transmission * (1.0 - metallic) * (1.0 - reflected) * coverage) + (1.0 - coverage);
+}
+
 // The share of light that goes straight on along a ray to a distance: nothing behind what hides lights, and what passes
 // glass, as if it did not bend.
 fn light_through(root: u32, ray: Ray, far: f32) -> vec3f {
@@ -140,6 +159,12 @@ fn distance_to(triangle: LeafTriangle, ray: Ray, near: f32, far: f32, own: OwnRu
         pass_glass(triangle, ray, met);
     }
     var is_met = met.inside && distance >= near && (triangle.flags & flags) == flags;
+    if HAS_LOBES && flags == HIDES_LIGHTS && (triangle.flags & PASSES) != 0u {
+        if is_between {
+            passed *= passing(triangle, ray, met);
+        }
+        is_met = false;
+    }
     if triangle.object == own.object {
         // Along its outer normal a ray meets a triangle from within.
         let from_within = met.along != ((triangle.flags & TURNED) != 0u);

@@ -12,12 +12,15 @@ fn look_up(binding: Binding, point: SurfacePoint) -> LookUp {
     return at;
 }
 
-fn sample_binding(object: u32, index: u32, point: SurfacePoint) -> vec4f {
-    let binding = binding_of(object, index);
+fn sample_bound(binding: Binding, point: SurfacePoint) -> vec4f {
     if binding.texture == NONE {
         return vec4f(1.0);
     }
     return sample_texture(binding.texture, look_up(binding, point));
+}
+
+fn sample_binding(object: u32, index: u32, point: SurfacePoint) -> vec4f {
+    return sample_bound(binding_of(object, index), point);
 }
 
 // All textures of a surface at a point; what is not bound is white.

@@ -61,6 +61,12 @@ fn texels_across_longer(binding: Binding, point: SurfacePoint) -> f32 {
     return max(length(at.dx * size), length(at.dy * size));
 }
 
+// The share of a map's variance that a point's footprint hides: within a texel normals are blended, which makes them
+// shorter, but each is that of a place.
+fn hidden_share(binding: Binding, point: SurfacePoint) -> f32 {
+    return clamp(log2(max(texels_across_longer(binding, point), 1e-6)), 0.0, 1.0);
+}
+
 // The normal of a point by the map of its surface that turns rays.
 fn normal_of_map(point: SurfacePoint) -> TurnedNormal {
     let place = surface_of(point.object).turning_map;
@@ -70,9 +76,7 @@ fn normal_of_map(point: SurfacePoint) -> TurnedNormal {
     let binding = binding_of(point.object, place);
     let scale = surface_of(point.object).turning_scale;
     let mean = sample_binding(point.object, place, point).xyz * 2.0 - 1.0;
-    // Within a texel normals are blended, which makes them shorter, but each is that of a place.
-    let hidden = clamp(log2(max(texels_across_longer(binding, point), 1e-6)), 0.0, 1.0);
-    let variance = variance_of_mean(length(mean)) * (scale * scale) * hidden;
+    let variance = variance_of_mean(length(mean)) * (scale * scale) * hidden_share(binding, point);
     return TurnedNormal(turned(point.normal, point.tangent, 1.0, scale, mean), variance);
 }
 

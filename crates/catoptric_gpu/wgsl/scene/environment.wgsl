@@ -85,6 +85,10 @@ fn environment_glossy(direction: vec3f, alpha: f32) -> vec3f {
 // The most places at which the picture is read for a cone, and the largest change of its direction.
 const MOST_PLACES = 16.0;
 const LARGEST_CHANGE = 0.25;
+// The widest cone whose light is looked up at one place.
+const LARGEST_CONE = 1.2;
+// The solid angle of a lamp, at most.
+const LAMP_SOLID_ANGLE = 0.0096382;
 
 // The radiance at a position of a reduction; 0: the picture as it is.
 fn environment_at_whole_level(position: vec2f, level: u32) -> vec3f {
@@ -131,6 +135,72 @@ fn environment_over(direction: vec3f, dx: vec3f, dy: vec3f) -> vec3f {
         }
     }
     return sum / places;
+}
+
+// The reduction whose texels are as wide as an angle; 0: the picture itself.
+fn level_within(across: f32) -> f32 {
+    // Between texels of a reduction the picture is as smooth as over a cone that is wider by this factor.
+    let smoothing = 1.732;
+    let texels_per_radian = f32(textureDimensions(environment_picture).x) / TAU;
+    let texels = max(min(across, LARGEST_CONE) * texels_per_radian / smoothing, 1.0);
+    return min(log2(texels), f32(frame.maps[0].w));
+}
+
+// The mean radiance within an angle across, on all sides of a direction.
+fn environment_within(direction: vec3f, across: f32) -> vec3f {
+    let level = level_within(across);
+    let whole = u32(level);
+    let position = environment_position(direction);
+    let fine = environment_at_whole_level(position, whole);
+    return mix(fine, environment_at_whole_level(position, whole + 1u), level - f32(whole));
+}
+
+// Small bright parts of the environment, which are looked at one by one: the twin of `environment/lamps`.
+
+fn lamp_count() -> u32 {
+    return frame.maps[3].w & 0xffffu;
+}
+
+struct Lamp {
+    towards: vec3f,
+    brightness: f32,
+    light: vec3f,
+}
+
+fn lamp_number(index: u32) -> vec4f {
+    let columns = textureDimensions(environment_maps).x;
+    return textureLoad(environment_maps, vec2u(index % columns, frame.maps[4].w + index / columns), 0);
+}
+
+fn lamp_at(index: u32) -> Lamp {
+    let first = lamp_number(2u * index);
+    return Lamp(first.xyz, first.w, lamp_number(2u * index + 1u).xyz);
+}
+
+// The share of lamps' light that is looked at lamp by lamp, where cones of a lobe lie so densely, a solid angle: many
+// cones find lamps themselves, few may not.
+fn share_by_lamps(density: f32) -> f32 {
+    let ratio = density * LAMP_SOLID_ANGLE;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+// `environment_within` of which lamps have a share, between 0 and 1.
+fn environment_beside_lamps(direction: vec3f, across: f32, share_of_lamps: f32) -> vec3f {
+    let all = environment_within(direction, across);
+    if lamp_count() == 0u {
+        return all;
+    }
+    let finest = frame.maps[3].w >> 16u;
+    let level = max(level_within(across), f32(finest));
+    let whole = u32(level);
+    let position = environment_position(direction);
+    var rest = array<vec3f, 2>(vec3f(0.0), vec3f(0.0));
+    for (var coarser = 0u; coarser < 2u; coarser++) {
+        let place = frame.reductions[min(whole + coarser, frame.maps[0].w) - 1u];
+        rest[coarser] = environment_place_at(vec4u(place.xy, place.w, 0u), position);
+    }
+    let without = mix(rest[0], rest[1], level - f32(whole));
+    return without + max(all - without, vec3f(0.0)) * share_of_lamps;
 }
 
 // The background over a cone.

@@ -46,6 +46,11 @@ override HAS_SECOND_UVS: bool = true;
 // Normal maps turn what mirrors, glass or coats reflect and refract; mirrors or coats are rough.
 override HAS_TURNS: bool = true;
 override HAS_ROUGH: bool = true;
+// Rays follow lobes of some surfaces.
+override HAS_LOBES: bool = true;
+// It is known what surfaces see of the light from infinity, and whose suns are looked at one by one.
+override HAS_SKY: bool = true;
+override HAS_SUNS: bool = true;
 // Geometry that paths show is drawn: its places may be off by parts of a pixel.
 override HAS_LISTS: bool = true;
 // Mirrors and glass at which paths end show the light from infinity.
@@ -62,6 +67,12 @@ const OCCLUSION = 4u;
 const COAT = 5u;
 const COAT_NORMALS = 6u;
 const BINDINGS = 7u;
+// Textures of lobes.
+const OF_TRANSMISSION = 0u;
+const OF_COAT_ROUGHNESS = 1u;
+const OF_SPECULAR = 2u;
+const OF_SPECULAR_COLOR = 3u;
+const LOBE_TEXTURES = 11u;
 
 const MAX_LEVELS = 16u;
 // 2 to the power of this texels are in a row of a table.
@@ -105,14 +116,18 @@ struct Frame {
     // The place of the queue of tiles that are shaded path by path.
     followed: u32,
     // Width, height and first row of each of the environment's maps: of irradiance, then of highlights, roughest first.
-    // The fourth number of the first is that of the picture's reductions, whose places follow.
+    // The fourth number of the first is that of the picture's reductions, whose places follow; that of the third one is
+    // the place of the light on surfaces behind the triangles, that of the fourth one the number of lamps and, times
+    // 65536, the first reduction without their light, whose row is the fourth number of the reduction's place; that of the
+    // fifth is the row where lamps begin.
     maps: array<vec4u, ENVIRONMENT_MAPS>,
     reductions: array<vec4u, MAX_REDUCTIONS>,
     // A pixel's single sample: its place from the pixel's corner, and the side of the square that it stands for, in
     // pixels.
     sample_place: vec2f,
     sample_side: f32,
-    unused0: f32,
+    // Suns of the sky, behind the lights.
+    sun_count: u32,
 }
 
 struct Vertex {
@@ -192,9 +207,24 @@ struct Surface {
     // The place of a texture, or NONE.
     turning_map: u32,
     turning_scale: f32,
+    // The texel where the lobes begin that rays follow, or NONE.
+    lobes: u32,
     unused0: f32,
-    unused1: f32,
 }
+
+// The lobes of a surface. Their textures follow it in the table.
+struct LobesRecord {
+    transmission: f32,
+    flags: u32,
+    coat_normal_scale: f32,
+    unused0: f32,
+}
+
+// Flags of lobes.
+const THIN = 1u;
+const PLATE = 2u;
+const HAS_INSIDE = 4u;
+const BLENDS = 8u;
 
 struct Level {
     size: vec2f,
@@ -241,6 +271,7 @@ const VERTEX_TEXELS = 5u;
 const SURFACE_TEXELS = 33u;
 const EXACT_AT = 10u;
 const BINDINGS_AT = 19u;
+const LOBE_BINDINGS_AT = 1u;
 const TEXTURE_TEXELS = 18u;
 const LEVELS_AT = 2u;
 
@@ -322,6 +353,32 @@ fn surface_of(object: u32) -> Surface {
     let turning = surface_number(object, 9u);
     result.turning_map = bitcast<u32>(turning.x);
     result.turning_scale = turning.y;
+    result.lobes = bitcast<u32>(turning.z);
+    return result;
+}
+
+// True if rays follow lobes of an object's surface.
+fn has_lobes(object: u32) -> bool {
+    return HAS_LOBES && surface_of(object).lobes != NONE;
+}
+
+// What lies at a texel of the objects' table.
+fn object_number(texel: u32) -> vec4f {
+    return bitcast<vec4f>(textureLoad(surface_table, row_of(texel), 0));
+}
+
+fn lobes_record_at(first: u32) -> LobesRecord {
+    let head = object_number(first);
+    return LobesRecord(head.x, bitcast<u32>(head.y), head.z, head.w);
+}
+
+// True if there is a medium behind an object's surface, which light enters.
+fn has_medium(object: u32) -> bool {
+    let surface = surface_of(object);
+    var result = HAS_LENSES && surface.role == LENS;
+    if HAS_LOBES && surface.lobes != NONE {
+        result = (lobes_record_at(surface.lobes).flags & HAS_INSIDE) != 0u;
+    }
     return result;
 }
 
@@ -345,11 +402,14 @@ fn exact_of(object: u32) -> ExactSurface {
     return result;
 }
 
-fn binding_of(object: u32, index: u32) -> Binding {
-    let first = BINDINGS_AT + 2u * index;
-    let last = surface_number(object, first + 1u);
+fn binding_at(texel: u32) -> Binding {
+    let last = object_number(texel + 1u);
     let numbers = bitcast<vec4u>(last);
-    return Binding(surface_number(object, first), last.xy, numbers.z, numbers.w);
+    return Binding(object_number(texel), last.xy, numbers.z, numbers.w);
+}
+
+fn binding_of(object: u32, index: u32) -> Binding {
+    return binding_at(object * SURFACE_TEXELS + BINDINGS_AT + 2u * index);
 }
 
 fn texture_number(texture: u32, texel: u32) -> vec4u {

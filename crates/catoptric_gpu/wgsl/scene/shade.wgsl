@@ -1,6 +1,7 @@
 // The colours of surface points: the twin of `scene/shading/shade`, `lit_point` and `glossy`.
 
-//#include "scene/bumps.wgsl"
+//#include "scene/lobes.wgsl"
+//#include "scene/sky.wgsl"
 
 const COAT_REFLECTANCE = 0.04;
 const FAINTEST_HIGHLIGHT = 3e-5;
@@ -107,12 +108,39 @@ struct LitPoint {
     at_grazing: f32,
     albedo: vec3f,
     coat_share: f32,
-    occlusion: f32,
+    // The share of light from infinity that arrives, and the irradiance by emitters.
+    occlusion: vec3f,
+    emitted: vec3f,
 }
 
-fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> LitPoint {
+// Which light of a surface's facets is counted, where rays of its lobes find the rest.
+struct LightOfFacets {
+    // All of it is, and what follows is not there.
+    is_all: bool,
+    // The share of the light that enters which is scattered: the rest passes.
+    scattering: f32,
+    // The shares of the environment's reflection that are added, and of that in the coat.
+    mirrored: f32,
+    mirrored_by_coat: f32,
+    at: LobesAt,
+}
+
+fn all_light() -> LightOfFacets {
+    var light: LightOfFacets;
+    light.is_all = true;
+    light.mirrored = 1.0;
+    light.mirrored_by_coat = 1.0;
+    return light;
+}
+
+// The light of a point beside what its lobes show.
+fn light_beside_lobes(at: LobesAt, mirrored: f32, mirrored_by_coat: f32) -> LightOfFacets {
+    return LightOfFacets(false, 1.0 - at.transmission, mirrored, mirrored_by_coat, at);
+}
+
+fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32, light: LightOfFacets) -> LitPoint {
     let object = point.object;
-    let smooth_variance = variance_over_pixel(point.normal_change2);
+    var smooth_variance = variance_over_pixel(point.normal_change2);
     var result: LitPoint;
     result.smooth_normal = point.normal * side;
     result.normal = result.smooth_normal;
@@ -136,13 +164,30 @@ fn lit_point(base: vec3f, point: SurfacePoint, texels: Texels, side: f32) -> Lit
         result.coat_share = surface_of(object).facets_coat;
         coat_roughness = max(surface_of(object).facets_coat_roughness, LEAST_ROUGHNESS);
     }
-    result.occlusion = 1.0 + (texels.values[OCCLUSION].x - 1.0) * surface_of(object).occlusion_strength;
+    if HAS_LOBES && !light.is_all {
+        specular = light.at.specular;
+        result.grazing = light.at.grazing;
+        // Coats are outside.
+        result.coat_share = select(0.0, light.at.coat, side > 0.0);
+        coat_roughness = max(sqrt(light.at.coat_alpha), LEAST_ROUGHNESS);
+        result.smooth_normal = light.at.coat_normal * side;
+        smooth_variance = 0.0;
+    }
+    result.occlusion = vec3f(1.0 + (texels.values[OCCLUSION].x - 1.0) * surface_of(object).occlusion_strength);
+    if HAS_SKY {
+        let arriving = light_onto(point, side);
+        result.occlusion = min(result.occlusion, arriving.share);
+        result.emitted = arriving.emitted;
+    }
     result.alpha = widened_alpha(roughness * roughness, variance);
     result.coat_alpha = widened_alpha(coat_roughness * coat_roughness, smooth_variance);
     result.at_normal = largest(specular);
     result.at_grazing = result.grazing + (1.0 - result.grazing) * metallic;
     result.reflectance = specular + (base - specular) * metallic;
     result.albedo = base * (1.0 - metallic);
+    if HAS_LOBES && !light.is_all {
+        result.albedo *= light.scattering;
+    }
     return result;
 }
 
@@ -175,8 +220,10 @@ fn of_light(at: LitPoint, towards: vec3f, strength: f32, viewer: vec3f) -> array
     return array<vec3f, 2>(at.albedo * scattered + fresnel * reflected, vec3f(coat));
 }
 
-// The radiance by the environment: scattered and reflected, and in the coat.
-fn of_environment(at: LitPoint, viewer: vec3f) -> array<vec3f, 2> {
+// The radiance by the environment and by emitters: scattered and reflected, and in the coat. The irradiance by suns is
+// given.
+fn of_environment(at: LitPoint, viewer: vec3f, light: LightOfFacets, by_suns: vec3f) -> array<vec3f, 2> {
+    let counted = vec2f(light.mirrored, light.mirrored_by_coat);
     var alphas = array<f32, 2>(at.alpha, at.coat_alpha);
     var normals = array<vec3f, 2>(at.normal, at.smooth_normal);
     var shares = vec2f(0.0);
@@ -189,17 +236,26 @@ fn of_environment(at: LitPoint, viewer: vec3f) -> array<vec3f, 2> {
         let middle = normalize_or(normal + (across - normal) * surroundings.z, normal);
         shares = select(shares, surroundings.xy, layer == 0u);
         // Without any reflection there is nothing to look up.
-        if layer == 1u || at.grazing > 0.0 || largest(at.reflectance) > 0.0 {
+        if HAS_ENVIRONMENT && counted[layer] > 0.0 && (layer == 1u || at.grazing > 0.0 || largest(at.reflectance) > 0.0) {
             reflected[layer] = environment_glossy(middle, min(alphas[layer] * surroundings.w, 1.0));
         }
     }
     let entering = 1.0 - (at.at_normal * shares.x + at.grazing * shares.y);
-    let scattered = environment_irradiance(at.normal) * (FRAC_1_PI * entering);
+    var scattered = vec3f(0.0);
+    if HAS_ENVIRONMENT {
+        scattered = environment_irradiance(at.normal) * (FRAC_1_PI * entering);
+    }
+    if HAS_LOBES && !light.is_all {
+        reflected[0] *= counted.x;
+        reflected[1] *= counted.y;
+    }
     let reflectance = at.reflectance * shares.x + at.at_grazing * shares.y;
-    return array<vec3f, 2>(
-        at.occlusion * (at.albedo * scattered + reflectance * reflected[0]),
-        at.occlusion * reflected[1],
-    );
+    var sum = at.occlusion * (at.albedo * scattered + reflectance * reflected[0]);
+    if HAS_SKY {
+        // Their shadows are known, and no texture's matter.
+        sum += at.albedo * (by_suns + at.emitted) * (FRAC_1_PI * entering);
+    }
+    return array<vec3f, 2>(sum, at.occlusion * reflected[1]);
 }
 
 // The facets that mirror lights within a point's footprint: normals on the viewer's side, and the width of the
@@ -233,7 +289,7 @@ fn normals_of_highlights(point: SurfacePoint, alpha: f32, side: f32) -> Highligh
 }
 
 // The light of a point: its own where `is_lit`, from this base colour, and the highlights of a mirror or coat of a tint
-// (of coats: the share that they cover) where it has any.
+// (of coats: the share that they cover) where it has any; of facets so much as is counted.
 fn point_light(
     base: vec3f,
     tint: vec3f,
@@ -241,6 +297,7 @@ fn point_light(
     texels: Texels,
     viewer: vec3f,
     is_lit: bool,
+    of_facets: LightOfFacets,
 ) -> PointLight {
     let object = point.object;
     let flags = surface_of(object).flags;
@@ -250,7 +307,7 @@ fn point_light(
         return result;
     }
     let side = select(1.0, -1.0, dot(point.geometric_normal, viewer) < 0.0);
-    let at = lit_point(base, point, texels, side);
+    let at = lit_point(base, point, texels, side, of_facets);
     let roughness = surface_of(object).highlight_roughness;
     let is_blind = side > 0.0 && (flags & INSIDE) != 0u;
     let is_mirror = HAS_HIGHLIGHTS && roughness >= 0.0 && !is_blind;
@@ -266,11 +323,16 @@ fn point_light(
     if HAS_SHADOWS {
         start = shadow_start(point, side);
     }
-    for (var light = 0u; HAS_LIGHTS && light < frame.light_count; light++) {
+    var by_suns = vec3f(0.0);
+    let light_count = frame.light_count + select(0u, frame.sun_count, HAS_SUNS);
+    for (var light = 0u; (HAS_LIGHTS || HAS_SUNS) && light < light_count; light++) {
+        let is_sun = HAS_SUNS && light >= frame.light_count;
         let arrives = arriving(light, point.position);
-        let faces = dot(at.normal, arrives.xyz) > 0.0 || dot(at.smooth_normal, arrives.xyz) > 0.0;
+        let cosine = dot(at.normal, arrives.xyz);
+        // Suns are a part of the environment, which makes their highlights.
+        let faces = cosine > 0.0 || (dot(at.smooth_normal, arrives.xyz) > 0.0 && !is_sun);
         var of_mirror = vec3f(0.0);
-        if is_mirror {
+        if is_mirror && !is_sun {
             let share = grazing_share(0.5 * length(arrives.xyz + viewer));
             var reflectance = tint;
             if surface_of(object).role == COATED {
@@ -278,11 +340,11 @@ fn point_light(
             } else if (flags & SCHLICK) != 0u {
                 reflectance = tint + (1.0 - tint) * share;
             }
-            var of_facets = 0.0;
+            var reflected = 0.0;
             for (var place = 0u; place < of_highlights.count; place++) {
-                of_facets += highlight(of_highlights.alphas[place], of_highlights.normals[place], arrives.xyz, viewer);
+                reflected += highlight(of_highlights.alphas[place], of_highlights.normals[place], arrives.xyz, viewer);
             }
-            let mirrored = reflectance * (of_facets / f32(of_highlights.count));
+            let mirrored = reflectance * (reflected / f32(of_highlights.count));
             of_mirror = scene.lights[light].intensity * arrives.w * mirrored;
         }
         let shows = (is_lit && faces) || largest(of_mirror) > FAINTEST_HIGHLIGHT;
@@ -291,13 +353,17 @@ fn point_light(
         }
         let share = share_of_light(light, start);
         let intensity = scene.lights[light].intensity * share;
+        if is_sun {
+            by_suns += intensity * cosine;
+            continue;
+        }
         let given = of_light(at, arrives.xyz, arrives.w, viewer);
         sum += intensity * given[0];
         coat_sum += intensity * given[1];
         highlights += share * select(vec3f(0.0), of_mirror, largest(of_mirror) > FAINTEST_HIGHLIGHT);
     }
-    if HAS_ENVIRONMENT && is_lit {
-        let given = of_environment(at, viewer);
+    if (HAS_ENVIRONMENT || HAS_SKY) && is_lit {
+        let given = of_environment(at, viewer, of_facets, by_suns);
         sum += given[0];
         coat_sum += given[1];
     }

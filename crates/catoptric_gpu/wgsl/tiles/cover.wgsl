@@ -294,7 +294,10 @@ fn keep(item: u32, triangle: LeafTriangle, corners: Corners) {
     keep_edge(item, 0u, corners.b, corners.c, vec2f(normal.x, dot(normal, corners.a)));
     keep_edge(item, 1u, corners.c, corners.a, vec2f(normal.y, 0.0));
     keep_edge(item, 2u, corners.a, corners.b, vec2f(normal.z, 0.0));
-    let goes_on = (triangle.flags & (REFLECTS | REFRACTS)) * (HIT_REFLECTS / REFLECTS);
+    var goes_on = (triangle.flags & (REFLECTS | REFRACTS)) * (HIT_REFLECTS / REFLECTS);
+    if HAS_LOBES && (triangle.flags & SPREADS) != 0u {
+        goes_on = HIT_REFLECTS | HIT_BLURRED;
+    }
     // Holes have to be looked up.
     let has_holes = HAS_HOLES && (triangle.flags & MAY_HAVE_HOLES) != 0u;
     let id = select((triangle.triangle + 1u) | goes_on, UNRESOLVED, has_holes);

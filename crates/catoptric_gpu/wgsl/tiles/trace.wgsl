@@ -34,9 +34,11 @@ fn trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) t
             let triangle = nearest(frame.root, last.ray, 0.0, FAR, last.own, 0u).triangle;
             hit = 0u;
             if triangle != NONE {
-                let role = surface_of(object_of(triangle)).role;
+                let object = object_of(triangle);
+                let role = surface_of(object).role;
                 let reflects = select(0u, HIT_REFLECTS, role != DIFFUSE);
                 hit = (triangle + 1u) | reflects | select(0u, HIT_REFRACTS, role == LENS);
+                hit |= select(0u, HIT_REFLECTS | HIT_BLURRED, has_lobes(object));
             }
         }
     }

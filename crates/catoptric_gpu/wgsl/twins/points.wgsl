@@ -79,7 +79,7 @@ fn evaluate(@builtin(global_invocation_id) invocation: vec3u) {
         tint = vec3f(surface_of(object).coat * texels.values[COAT].x);
     }
     let own_base = select(base.xyz, surface_of(object).own_color, (surface_of(object).flags & OWN_COLOR) != 0u);
-    let light = point_light(own_base, tint, point, texels, given.viewer, true);
+    let light = point_light(own_base, tint, point, texels, given.viewer, true, all_light());
     let turned = normal_of_map(point);
     var result: TwinLight;
     result.base = base;

@@ -409,6 +409,9 @@ fn rows_at_once(view: &View, samples: u32, paths: Paths) -> u32 {
 fn frame_record(scene: &Scene, view: &View, quality: Quality, drawn_scene: &DrawnScene) -> Frame {
     let DrawnScene { resident, reflections, .. } = drawn_scene;
     let rays = view.rays();
+    let mut maps = resident.pictures.places.maps;
+    // The place of the light on surfaces.
+    maps[2][3] = resident.triangle_count;
     Frame {
         clip_from_world: clip_from_world(scene, view, rays.perspective).to_cols_array_2d(),
         origin: rays.origin.to_array(),
@@ -432,8 +435,8 @@ fn frame_record(scene: &Scene, view: &View, quality: Quality, drawn_scene: &Draw
         followed: 0,
         sample_place: [0.5; 2],
         sample_side: 1.0,
-        unused: 0.0,
-        maps: resident.pictures.places.maps,
+        sun_count: resident.sun_count,
+        maps,
         reductions: resident.pictures.places.reductions,
     }
 }

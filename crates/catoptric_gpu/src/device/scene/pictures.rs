@@ -14,6 +14,8 @@ use wgpu::TextureFormat;
 pub(crate) struct DevicePictures {
     textures: Vec<Arc<Texture>>,
     environment: Option<Arc<Environment>>,
+    /// The irradiance is that beside suns.
+    has_sky: bool,
     /// The table of textures, the texels, and three of the environment.
     pub(super) views: [wgpu::TextureView; 5],
     /// Where the environment's maps are, with its picture's reductions where mirrors spread light.
@@ -24,7 +26,7 @@ pub(crate) struct DevicePictures {
 
 impl DevicePictures {
     pub(super) fn new(context: &Context, scene: &Scene, has_reductions: bool) -> Result<Self, GpuError> {
-        let environment = environment_texels(scene.environment.as_deref(), has_reductions);
+        let environment = environment_texels(scene, has_reductions);
         let textures = texture_tables(scene)?;
         let texels = textures.texels;
         let numbers = TextureFormat::Rgba32Float;
@@ -43,14 +45,17 @@ impl DevicePictures {
             upload.picture("the reflectance table", numbers, cells, &reflectances())?,
         ];
         let (textures, environment_of) = (scene.textures.clone(), scene.environment.clone());
+        let has_sky = scene.sky.is_some();
         let byte_count = upload.byte_count;
         let places = environment.places;
-        Ok(Self { textures, environment: environment_of, views, places, has_reductions, byte_count })
+        Ok(Self { textures, environment: environment_of, has_sky, views, places, has_reductions, byte_count })
     }
 
     /// True if they are a scene's, with reductions where it needs these.
     pub(super) fn serve(&self, scene: &Scene, spreads_light: bool) -> bool {
-        has_pictures(scene, &self.textures, self.environment.as_ref()) && (self.has_reductions || !spreads_light)
+        has_pictures(scene, &self.textures, self.environment.as_ref())
+            && self.has_sky == scene.sky.is_some()
+            && (self.has_reductions || !spreads_light)
     }
 }
 

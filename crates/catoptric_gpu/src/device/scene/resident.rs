@@ -32,6 +32,7 @@ pub(crate) struct DeviceScene {
     pub(crate) solid_count: u32,
     pub(crate) triangle_count: u32,
     pub(crate) light_count: u32,
+    pub(crate) sun_count: u32,
     pub(crate) features: SceneFeatures,
     pub(crate) pictures: Arc<DevicePictures>,
     /// On the processor, for the next moment of the scene: what it is now, and its tables.
@@ -60,18 +61,18 @@ pub(super) struct StoredTables {
 
 impl DeviceScene {
     /// The tables of a scene, of which the triangles of reflectors and lenses that `shows` is true for show anything
-    /// but their own light, and the features are `narrowed`. Of those of another moment of it, if these are given, what
-    /// holds is kept.
+    /// but their own light, and the features are `narrowed`; lobes are followed if `follows_lobes`. Of those of another
+    /// moment of it, if these are given, what holds is kept.
     pub(crate) fn new(
         context: &Context,
         scene: &Arc<Scene>,
         old: Option<&Self>,
-        shows: impl Fn(u32) -> bool,
+        (shows, follows_lobes): (impl Fn(u32) -> bool, bool),
         narrowed: impl Fn(SceneFeatures) -> SceneFeatures,
     ) -> Result<Self, GpuError> {
         let earlier =
             old.map(|old| Earlier { scene: &old.source, hierarchy: &old.tables.hierarchy, shapes: &old.tables.shapes });
-        let tables = SceneTables::new(scene, earlier, shows);
+        let tables = SceneTables::new(scene, earlier, shows, follows_lobes);
         let lights = light_records(scene)?;
         let features = narrowed(SceneFeatures::of(scene, &tables.surfaces));
         let spreads_light = features.spreads_light();
@@ -121,8 +122,9 @@ impl DeviceScene {
             order: group(device, &pipelines.order, [(0, order.as_entire_binding())]),
             frame,
             solid_count: tables.solid_count,
-            triangle_count: tables.triangles.len() as u32,
+            triangle_count: scene.triangles.len() as u32,
             light_count: scene.lights.len() as u32,
+            sun_count: sun_count(scene),
             features,
             pictures,
             source: scene.clone(),
@@ -130,7 +132,7 @@ impl DeviceScene {
             wide_hierarchy,
             stored: StoredTables { vertices, objects, nodes, leaves, wide: wide_nodes, lights },
             root,
-            has_specular: !scene.specular_objects().is_empty(),
+            has_specular: !scene.specular_objects().is_empty() || features.has_lobes(),
             byte_count,
         })
     }
@@ -143,9 +145,14 @@ impl DeviceScene {
     }
 }
 
+/// Suns of a scene's sky.
+pub(super) fn sun_count(scene: &Scene) -> u32 {
+    scene.sky.as_ref().map_or(0, |sky| sky.suns().len() as u32)
+}
+
 /// The objects with what lies behind them.
 pub(super) fn object_texels(tables: &SceneTables) -> Vec<[u32; 4]> {
     let mut texels: Vec<[u32; 4]> = bytemuck::cast_slice(&tables.surfaces).to_vec();
-    texels.extend(&tables.programs);
+    texels.extend(&tables.behind_surfaces);
     texels
 }

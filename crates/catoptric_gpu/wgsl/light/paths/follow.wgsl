@@ -26,14 +26,172 @@ struct Waiting {
     paths: u32,
 }
 
+// Rays of a pixel that tell whether the light of lamps arrives over a lobe.
+const RAYS_TO_LAMPS = 4u;
+
 fn traced_hit(segment: Segment) -> u32 {
     return (nearest(root_of_paths(), segment.ray, 0.0, FAR, segment.own, 0u).triangle + 1u) | HIT_REFLECTS;
+}
+
+// The numbers that choose one of so many rays of a lobe.
+fn number_of_lobe(place: PictureRay, index: u32, count: u32, ray: u32) -> vec2f {
+    let numbers = place.numbers;
+    let total = f32(count * numbers.step);
+    return number_of(RayNumbers(numbers.moved + CHOICE[index], numbers.first, numbers.step, total), ray);
+}
+
+// The light from infinity over a lobe, as if nothing stood before it, beside lamps: by cones of a pattern, of which a
+// place of the pixel has every so many-th, and as the lobe's rays find it. So many of both are given.
+fn gathered_sky(
+    lobes: SurfaceLobes,
+    index: u32,
+    incoming: vec3f,
+    place: PictureRay,
+    counts: vec2u,
+) -> array<vec3f, 2> {
+    let all = counts.x * place.numbers.step;
+    var sums = array<vec3f, 2>(vec3f(0.0), vec3f(0.0));
+    // One loop for both: compilers copy functions to each place that calls them.
+    for (var part = 0u; part < counts.x + counts.y; part++) {
+        let is_ray = part >= counts.x;
+        var number = hammersley(part * place.numbers.step + place.numbers.first, f32(all));
+        var weight = 1.0;
+        if is_ray {
+            number = number_of_lobe(place, index, counts.y, part - counts.x);
+            let chosen = facet_number(number, f32(counts.y));
+            number.x = chosen.x;
+            weight = chosen.y;
+        }
+        let found = part_of_lobe(lobes, index, incoming, number, f32(select(all, counts.y, is_ray)));
+        let width = found.width * select(OVERLAP, sqrt(weight), is_ray);
+        let light = found.weight * sky_within(found, width, lobes.cones) * weight;
+        sums[u32(is_ray)] += light / f32(select(counts.x, counts.y, is_ray));
+    }
+    return sums;
+}
+
+// The same of lobes, one after the other.
+fn next_lobe_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
+    var child: Segment;
+    while (*waiting).begun < (*waiting).count {
+        var number = (*waiting).begun;
+        (*waiting).begun++;
+        var index = 0u;
+        var count = 0u;
+        for (; index < LOBES; index++) {
+            count = rays_of_lobe((*waiting).spread.lobes, index, (*waiting).spread.path.throughput, place.rays);
+            if number < count {
+                break;
+            }
+            number -= count;
+        }
+        let chosen = number_of_lobe(place, index, count, number);
+        child = lobe_ray((*waiting).spread, index, chosen, f32(count), place.side);
+        if carries_light(child) {
+            return child;
+        }
+    }
+    child.ray.direction = vec3f(0.0);
+    return child;
+}
+
+// Where a path goes on by lobes of a surface: sharp ones, and the one that a single ray follows, wait with the paths,
+// of which there are so many; the number of these afterwards, rays of the others, and light from infinity as if nothing
+// stood before it.
+struct Begun {
+    count: u32,
+    rays: u32,
+    light: vec3f,
+}
+
+fn begin_lobes(
+    waiting: ptr<function, array<Segment, MAX_ORDER>>,
+    children: ptr<function, Children>,
+    segment: Segment,
+    place: PictureRay,
+    paths: u32,
+) -> Begun {
+    var begun = Begun(paths, 0u, vec3f(0.0));
+    let incoming = segment.ray.direction;
+    let moved = moved_by(incoming, (*children).spread.met.point.position);
+    if segment.is_single && (*children).spread.lobes.is_clear {
+        // The one facet that such a ray meets says how much it reflects and how much passes it.
+        let facet = part_of_lobe((*children).spread.lobes, OF_FACETS, incoming, moved.xy, 1.0).facet;
+        for (var index = OF_FACETS; index <= OF_PASSING; index++) {
+            let weight = lobe_weight((*children).spread.lobes, index, -dot(incoming, facet));
+            (*children).spread.lobes.shares[index] = weight;
+        }
+    }
+    let chosen = chosen_lobe((*children).spread.lobes, fract(moved.z + CHOICE.y));
+    for (var index = 0u; index < LOBES; index++) {
+        var lobes = (*children).spread.lobes;
+        let throughput = (*children).spread.path.throughput;
+        var is_followed = lobes.ways[index] == SHARP;
+        var count = 0u;
+        if segment.is_single {
+            is_followed = index == chosen.index;
+        } else {
+            count = rays_of_lobe(lobes, index, throughput, place.rays);
+            begun.rays += count;
+        }
+        var sky = vec3f(0.0);
+        // The one facet of a single ray has chosen already whether it is reflected.
+        let is_chosen = segment.is_single && lobes.is_clear && index != OF_COAT;
+        let is_spread = lobes.ways[index] == SPREAD && (is_followed || count > 0u);
+        if is_spread && sees_sky(lobes, index) {
+            if is_chosen {
+                sky = vec3f(1.0);
+            } else if segment.is_single {
+                sky = sky_over_lobe(lobes, index, incoming);
+            } else {
+                let share = min(largest(throughput * lobes.shares[index]), 1.0);
+                let cones = cone_count(place.numbers.step, share);
+                lobes.cones = min(f32(cones * place.numbers.step), MOST_CONES);
+                let gathered = gathered_sky(lobes, index, incoming, place, vec2u(cones, count));
+                begun.light += throughput * gathered[0];
+                sky = min(gathered[0] / max(gathered[1], vec3f(1e-30)), vec3f(1e37));
+                if lamp_count() > 0u {
+                    let rays = RAYS_TO_LAMPS / place.numbers.step;
+                    let first = f32(place.numbers.first * rays) + moved.w;
+                    let numbers = fract((first + vec4f(0.0, 1.0, 2.0, 3.0)) / f32(RAYS_TO_LAMPS));
+                    let lamps = light_of_lamps(lobes, index, incoming, numbers);
+                    var arrives = vec3f(f32(rays));
+                    if largest(throughput * lamps.light) >= MIN_THROUGHPUT {
+                        arrives = vec3f(0.0);
+                        for (var ray = 0u; ray < rays; ray++) {
+                            let start = departing_ray(lamp_at(lamps.chosen[ray]).towards, (*children).spread.met.point);
+                            arrives += light_through(frame.root, start, FAR);
+                        }
+                    }
+                    begun.light += throughput * lamps.light * arrives / f32(rays);
+                }
+                (*children).spread.lobes.cones = lobes.cones;
+            }
+            (*children).spread.lobes.counts_sky[index] = true;
+            (*children).spread.lobes.taken[index] = sky;
+        }
+        if is_followed {
+            var child = lobe_ray((*children).spread, index, moved.xy, 1.0, place.side);
+            let factor = select(1.0, chosen.factor, segment.is_single);
+            child.throughput *= factor;
+            child.counted *= factor;
+            begun.light += child.counted;
+            if carries_light(child) {
+                (*waiting)[begun.count] = child;
+                begun.count++;
+            }
+        }
+    }
+    return begun;
 }
 
 // The next of them that carries light; without direction if there are none.
 fn next_ray(waiting: ptr<function, Waiting>, place: PictureRay) -> Segment {
     var child: Segment;
     let is_by_both = HAS_LENSES && (*waiting).spread.goes_on[TRANSMIT];
+    if HAS_LOBES && (*waiting).spread.by == BY_LOBES {
+        return next_lobe_ray(waiting, place);
+    }
     while (*waiting).begun < (*waiting).count {
         let number = (*waiting).begun;
         (*waiting).begun++;
@@ -110,10 +268,15 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
         // Rays that tiles have not followed have no direction but for rounding: total internal reflection.
         let shown = select(triangle_of(hit), NONE, hit == UNRESOLVED);
         if shown != NONE {
+            if HAS_LOBES {
+                // Each way on of a surface with lobes may wait, and later events may leave a path each.
+                let later = select(0u, frame.order - min(segment.order, frame.order), HAS_LENSES);
+                segment.is_single = segment.is_single || count + LOBES + 1u + later > MAX_ORDER;
+            }
             let last = segment.order >= frame.order || (hit & HIT_REFLECTS) == 0u;
             children = arrive(segment, shown, place.samples, last);
             sum += children.sum;
-        } else {
+        } else if !(HAS_LOBES && segment.counts_sky) {
             var throughput = segment.throughput;
             if HAS_ATTENUATION && segment.deferred != NONE {
                 let weight = attenuation_weight(segment.deferred, distance_beyond(segment));
@@ -122,7 +285,18 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
             }
             sum += throughput * light_beyond(segment);
         }
-        if spreads_light() && children.spread.by != NO_SPREAD {
+        if HAS_LOBES && children.passes {
+            waiting[count] = children.passing;
+            count++;
+        }
+        if HAS_LOBES && children.spread.by == BY_LOBES {
+            let begun = begin_lobes(&waiting, &children, segment, place, count);
+            count = begun.count;
+            sum += begun.light;
+            if begun.rays > 0u {
+                rays = Waiting(children.spread, begun.rays, 0u, count);
+            }
+        } else if spreads_light() && children.spread.by != NO_SPREAD {
             var known: RoughLight;
             if HAS_ROUGH && segment.order == 0u {
                 known = known_light(children.spread.met.point.object, place.position);
@@ -152,7 +326,7 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
             }
         } else if HAS_LENSES && children.goes_on[TRANSMIT] {
             segment = children.segments[TRANSMIT];
-        } else if HAS_LENSES && count > 0u {
+        } else if (HAS_LENSES || HAS_LOBES) && count > 0u {
             count--;
             segment = waiting[count];
         } else {

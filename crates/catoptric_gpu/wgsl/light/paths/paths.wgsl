@@ -7,6 +7,10 @@
 override TWO_PATHS: bool = false;
 
 const MIN_THROUGHPUT = 1e-5;
+// Surfaces that a path passes or whose lobes it follows, at most.
+const MOST_BESIDE_TILES = 64u;
+// The numbers that choose what a single ray meets, and the lobe that it follows.
+const CHOICE = vec3f(0.6180340, 0.7548777, 0.5698403);
 // Set where four samples that are shaded as one turn out to show different places: what is found then does not count.
 var<private> shows_several: bool;
 // Paths of more events are refused before anything is drawn.
@@ -28,6 +32,11 @@ struct Segment {
     is_cone: bool,
     // Surfaces that spread light have but one ray of it.
     is_single: bool,
+    // Surfaces on the path since lobes or straight passages made it one that tiles know nothing of; 0: they may.
+    beside_tiles: u32,
+    // The light from infinity has been counted where the ray began, and is taken away if it meets something.
+    counts_sky: bool,
+    counted: vec3f,
     // The last mirror, if its reflection fades with distance: the surface, what it scatters itself, and its
     // reflectance.
     deferred: u32,
@@ -41,6 +50,9 @@ struct Children {
     goes_on: array<bool, 2>,
     // Where it spreads, in place of these children.
     spread: Spread,
+    // The path straight on, where a surface is not there or leaves light uncovered.
+    passing: Segment,
+    passes: bool,
     // Light that ends here.
     sum: vec3f,
 }
@@ -64,12 +76,13 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
         throughput *= weight;
     }
     var crossed = segment.absorption;
-    if HAS_LENSES {
-        crossed = select(segment.absorption, surface_of(object).absorption, role == LENS && !at.outside);
+    if HAS_LENSES || HAS_LOBES {
+        crossed = select(segment.absorption, surface_of(object).absorption, has_medium(object) && !at.outside);
         throughput *= transmittance(crossed, way);
     }
     let texels = texels_at(met.point);
-    let base = (surface_of(object).base_color * met.point.color * texels.values[BASE]).xyz;
+    let color = surface_of(object).base_color * met.point.color * texels.values[BASE];
+    let base = color.xyz;
     var tint = base;
     if HAS_COATS && role == COATED {
         tint = vec3f(surface_of(object).coat * texels.values[COAT].x);
@@ -79,11 +92,34 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
     child.order++;
     child.deferred = NONE;
     child.absorption = crossed;
+    if HAS_LOBES && segment.counts_sky {
+        children.sum -= segment.counted;
+        child.counts_sky = false;
+        child.counted = vec3f(0.0);
+    }
     if role == DIFFUSE || (flags & OWN_LIGHT) != 0u {
         let is_deferred = HAS_ATTENUATION && !last && step.is_attenuated;
-        let own_base = select(base, surface_of(object).own_color, (flags & OWN_COLOR) != 0u);
-        let is_lit = step.scattered > 0.0 || is_deferred;
-        let light = point_light(own_base, tint, met.point, texels, -direction, is_lit);
+        var own_base = select(base, surface_of(object).own_color, (flags & OWN_COLOR) != 0u);
+        var is_lit = step.scattered > 0.0 || is_deferred;
+        var of_facets = all_light();
+        if has_lobes(object) {
+            var of_lobes = lobes_at(met.point, texels, color);
+            throughput *= covered_share(&children, segment, throughput, of_lobes.coverage, met);
+            is_lit = any(throughput > vec3f(0.0));
+            if last {
+                // The environment stands for all that rays would have found.
+                of_lobes.transmission = 0.0;
+            }
+            let lobes = met_lobes(of_lobes, met.point, direction);
+            of_facets = light_beside_lobes(of_lobes, select(lobes.mirrored, 1.0, last), select(0.0, 1.0, last));
+            if !HAS_LIGHTS && !HAS_ENVIRONMENT {
+                // A headlight shows what scatters it.
+                own_base *= (1.0 - of_lobes.metallic) * (1.0 - of_lobes.transmission);
+            }
+            children.spread.by = select(BY_LOBES, NO_SPREAD, last || !is_lit || (flags & UNLIT) != 0u);
+            children.spread.lobes = lobes;
+        }
+        let light = point_light(own_base, tint, met.point, texels, -direction, is_lit, of_facets);
         children.sum += throughput * light.highlights;
         if is_deferred {
             child.deferred = object;
@@ -92,6 +128,13 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
         } else {
             children.sum += throughput * step.scattered * light.own;
         }
+    }
+    if HAS_LOBES && children.spread.by == BY_LOBES {
+        children.spread.lobes = with_ways(children.spread.lobes, segment, throughput);
+        children.spread.path = child;
+        children.spread.path.throughput = throughput;
+        children.spread.path.beside_tiles++;
+        children.spread.met = met;
     }
     if ENDS_IN_ENVIRONMENT && last && role != DIFFUSE && segment.order >= frame.order {
         children.sum += throughput * light_from_infinity(step, direction, facets_alpha(object, turned.variance));
@@ -133,6 +176,35 @@ fn arrive(segment: Segment, triangle: u32, samples: u32, last: bool) -> Children
     return children;
 }
 
+// The share of light that meets what covers a point; the path straight on has the rest. A single ray does one of the
+// two.
+fn covered_share(
+    children: ptr<function, Children>,
+    segment: Segment,
+    throughput: vec3f,
+    coverage: f32,
+    met: SurfaceInteraction,
+) -> f32 {
+    var covered = coverage;
+    if segment.is_single && covered > 0.0 && covered < 1.0 {
+        covered = select(0.0, 1.0, fract(moved_by(segment.ray.direction, met.point.position).w + CHOICE.x) < covered);
+    }
+    if covered < 1.0 && segment.beside_tiles < MOST_BESIDE_TILES {
+        (*children).passing = segment;
+        (*children).passing.ray = departing_ray(segment.ray.direction, met.point);
+        (*children).passing.change.origin_dx = met.position_dx;
+        (*children).passing.change.origin_dy = met.position_dy;
+        (*children).passing.throughput = throughput * (1.0 - covered);
+        (*children).passing.own = NO_RULE;
+        (*children).passing.deferred = NONE;
+        (*children).passing.counts_sky = false;
+        (*children).passing.counted = vec3f(0.0);
+        (*children).passing.beside_tiles++;
+        (*children).passes = carries_light((*children).passing);
+    }
+    return covered;
+}
+
 // The light from infinity by all events, as if nothing stood before it, against a ray's direction: by facets of this
 // width.
 fn light_from_infinity(step: LightStep, incoming: vec3f, alpha: f32) -> vec3f {
@@ -152,7 +224,8 @@ fn settled(segment: Segment, weight: f32) -> vec3f {
 }
 
 fn carries_light(segment: Segment) -> bool {
-    let counts = largest(segment.throughput) >= MIN_THROUGHPUT || (HAS_ATTENUATION && segment.deferred != NONE);
+    var counts = largest(segment.throughput) >= MIN_THROUGHPUT || (HAS_ATTENUATION && segment.deferred != NONE);
+    counts = counts || (HAS_LOBES && largest(segment.counted) >= MIN_THROUGHPUT);
     return counts && any(segment.ray.direction != vec3f(0.0));
 }
 

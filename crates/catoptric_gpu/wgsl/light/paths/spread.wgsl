@@ -2,12 +2,13 @@
 // `light/path_tracer/rough` and `light/bumps`.
 
 //#include "scene/bumps.wgsl"
-//#include "light/paths/lobes.wgsl"
+//#include "light/paths/surface_lobes.wgsl"
 
-// Ways to spread light: by facets of a rough surface, and by bumps of a smooth one.
+// Ways to spread light: by facets of a rough surface, by bumps of a smooth one, and by lobes.
 const NO_SPREAD = 0u;
 const BY_FACETS = 1u;
 const BY_BUMPS = 2u;
+const BY_LOBES = 3u;
 
 // Rays for a pixel where a path first meets what spreads light; later ones get one each.
 const RAYS_A_PIXEL = 24.0;
@@ -26,6 +27,7 @@ struct Spread {
     tint: vec3f,
     // By reflection and by refraction.
     goes_on: array<bool, 2>,
+    lobes: SurfaceLobes,
 }
 
 // The numbers that choose rays: of so many in all every `step`th from the first, moved alike.
@@ -37,7 +39,7 @@ struct RayNumbers {
 }
 
 fn spreads_light() -> bool {
-    return HAS_TURNS || HAS_ROUGH;
+    return HAS_TURNS || HAS_ROUGH || HAS_LOBES;
 }
 
 // The angle across a cone after an event, from bumps or facets of such a width.
@@ -200,6 +202,53 @@ fn bump_ray(
     if kind == TRANSMIT {
         (*child).absorption = select(vec3f(0.0), surface_of(part.point.object).absorption, at.outside);
     }
+}
+
+// One of `count` rays of a lobe, by a number; by the lobe's middle if it is sharp. Without direction where no light
+// goes.
+fn lobe_ray(spread: Spread, index: u32, given: vec2f, count: f32, side: f32) -> Segment {
+    let lobes = spread.lobes;
+    let incoming = spread.path.ray.direction;
+    let kind = kind_of_lobe(index);
+    var step = lobe_step(lobes, index);
+    let normal = step.facing.normal;
+    var child = spread.path;
+    child.own = NO_RULE;
+    if !is_thin_lobe(lobes, index) {
+        child.absorption = select(vec3f(0.0), surface_of(spread.met.point.object).absorption, lobes.facing.outside);
+    }
+    if lobes.ways[index] == SHARP {
+        let direction = outgoing(kind, step.facing, incoming, step.eta);
+        child.throughput *= lobe_weight(lobes, index, -dot(incoming, normal));
+        child.change = change_after(step, kind, incoming, child.change, spread.met);
+        child.ray = departing_ray(direction, spread.met.point);
+        return child;
+    }
+    let found = ray_of_lobe(lobes, index, incoming, given, count);
+    child.throughput *= found.weight / count;
+    step.facing.normal = found.facet;
+    child.change = change_after(step, kind, incoming, child.change, spread.met);
+    // A cone for every ray: together they cover the lobe.
+    var width = found.width * side;
+    if !is_thin_lobe(lobes, index) {
+        width = cone_width_after(step, kind, incoming, alpha_of_lobe(lobes, index)) * inverseSqrt(count) * side;
+    }
+    child.change = widened(child.change, found.direction, width);
+    child.ray = departing_ray(found.direction, spread.met.point);
+    child.counts_sky = lobes.counts_sky[index];
+    if child.counts_sky {
+        child.counted = child.throughput * lobes.taken[index];
+        // A single ray shows what the lobe does as a whole, unless its one facet has chosen the lobe: wide cones would show
+        // what no facet does. It shows lamps, too.
+        let is_single = spread.path.is_single;
+        if !is_single || (lobes.is_clear && index != OF_COAT) {
+            let width = found.width * select(1.0, 0.5, is_single);
+            child.counted *= sky_within(found, width, select(lobes.cones, 1e9, is_single));
+        }
+    }
+    child.is_cone = true;
+    child.is_single = true;
+    return child;
 }
 
 // The cone that a rough mirror reflects, or what bumps of glass make of a refracted ray: its direction and change, and

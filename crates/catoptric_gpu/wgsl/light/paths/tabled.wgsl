@@ -9,7 +9,8 @@ override TRACES: bool = true;
 override RAYS_A_SAMPLE: f32 = 0.0;
 
 fn hit_on_path(segment: Segment, place: PictureRay) -> u32 {
-    let is_traced = segment.order > frame.tiled_events || (spreads_light() && segment.is_cone);
+    let is_beside = (spreads_light() && segment.is_cone) || (HAS_LOBES && segment.beside_tiles > 0u);
+    let is_traced = segment.order > frame.tiled_events || is_beside;
     if TRACES && is_traced {
         return traced_hit(segment);
     }

@@ -1,7 +1,7 @@
 //! Small bright parts of an environment. Where light is gathered over a lobe in a number of directions, these may lie
 //! between them: they are looked at one by one.
 
-use super::map::{EquirectangularMap, direction, reductions};
+use super::map::{EquirectangularMap, LightMap, direction, reductions};
 use crate::math::portable::PortableMath;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
@@ -48,6 +48,11 @@ impl Lamps {
     #[inline]
     pub fn all(&self) -> &[Lamp] {
         &self.lamps
+    }
+
+    /// The environment's reductions without their light, from one on: the picture itself is number 0.
+    pub fn rest(&self) -> (usize, impl ExactSizeIterator<Item = LightMap<'_>>) {
+        (self.finest, self.rest.iter().map(EquirectangularMap::light_map))
     }
 
     /// The radiance without theirs at a position, blended between two reductions; 0 is the picture itself.

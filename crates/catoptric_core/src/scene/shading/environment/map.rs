@@ -5,6 +5,18 @@ use crate::math::portable::PortableMath;
 use crate::parallel;
 use glam::{Vec2, Vec3, Vec4};
 
+/// A map of light by direction, for other look-ups than [`Environment`](super::Environment)'s own: an equirectangular
+/// picture with a border of its neighbours, one texel wide.
+#[derive(Clone, Copy, Debug)]
+pub struct LightMap<'a> {
+    /// Texels of a row, without the border.
+    pub width: usize,
+    /// Rows, without the border.
+    pub height: usize,
+    /// Linear radiance or irradiance, rows from the top: `height + 2` of `width + 2` texels. The fourth number is 0.
+    pub texels: &'a [[f32; 4]],
+}
+
 /// Radiance by direction for fast look-ups: the fourth number is zero, so that one load reads all, and around the
 /// picture stands a border of its neighbours.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +28,10 @@ pub(super) struct EquirectangularMap {
 }
 
 impl EquirectangularMap {
+    pub(super) fn light_map(&self) -> LightMap<'_> {
+        LightMap { width: self.width, height: self.height, texels: &self.texels }
+    }
+
     pub(super) fn new(width: usize, height: usize, radiance: &[[f32; 4]]) -> Self {
         let mut texels = Vec::with_capacity((width + 2) * (height + 2));
         for row in -1..=height as i32 {
@@ -157,6 +173,10 @@ impl Irradiance {
     /// The irradiance that a picture of radiance causes, rows from the top.
     pub(in crate::scene) fn new(width: u32, height: u32, radiance: &[[f32; 3]]) -> Self {
         Self(irradiance_map(width, height, radiance))
+    }
+
+    pub(in crate::scene) fn map(&self) -> LightMap<'_> {
+        self.0.light_map()
     }
 
     /// The irradiance of a surface with a normal, by the normal's position in the picture.

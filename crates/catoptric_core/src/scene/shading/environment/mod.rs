@@ -10,6 +10,7 @@ use crate::math::portable::PortableMath;
 use glam::{Vec2, Vec3};
 use glossy::GlossyMaps;
 pub use lamps::{Lamp, Lamps};
+pub use map::LightMap;
 use map::{EquirectangularMap, Irradiance};
 use picture::Picture;
 use std::sync::OnceLock;
@@ -33,24 +34,8 @@ pub struct Environment {
     lamps: OnceLock<Option<Lamps>>,
 }
 
-/// A map of light by direction, for other look-ups than [`Environment`]'s own: an equirectangular picture with a
-/// border of its neighbours, one texel wide.
-#[derive(Clone, Copy, Debug)]
-pub struct LightMap<'a> {
-    /// Texels of a row, without the border.
-    pub width: usize,
-    /// Rows, without the border.
-    pub height: usize,
-    /// Linear radiance or irradiance, rows from the top: `height + 2` of `width + 2` texels. The fourth number is 0.
-    pub texels: &'a [[f32; 4]],
-}
-
 /// Columns of a picture that lamps are sought in, at most.
 const COLUMNS_FOR_LAMPS: u32 = 2048;
-
-fn light_map(map: &EquirectangularMap) -> LightMap<'_> {
-    LightMap { width: map.width, height: map.height, texels: &map.texels }
-}
 
 /// The most places at which the picture is read for a pixel.
 const MOST_PLACES: f32 = 16.0;
@@ -136,13 +121,13 @@ impl Environment {
     /// alpha 1, 1/2, 1/4 to 1/64; these are made if they are not there yet.
     pub fn light_maps(&self) -> Vec<LightMap<'_>> {
         let glossy = self.glossy.get_or_init(|| GlossyMaps::new(&self.picture));
-        std::iter::once(&self.irradiance.0).chain(glossy.levels()).map(light_map).collect()
+        std::iter::once(&self.irradiance.0).chain(glossy.levels()).map(EquirectangularMap::light_map).collect()
     }
 
     /// The picture's radiance at half its width and height, at a quarter, and so on ([`Self::radiance_over`] reads
     /// these); none of small pictures.
     pub fn reductions(&self) -> impl ExactSizeIterator<Item = LightMap<'_>> {
-        self.picture.reduced.iter().map(light_map)
+        self.picture.reduced.iter().map(EquirectangularMap::light_map)
     }
 
     /// The direction (unit length) that a position in a picture that is not turned (0..1, v down) stands for.

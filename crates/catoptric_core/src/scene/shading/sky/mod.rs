@@ -11,11 +11,12 @@ mod scattered;
 mod shares;
 mod suns;
 
+use super::environment::LightMap;
 use super::environment::map::Irradiance;
 use crate::scene::Light;
 pub use emitters::Emitters;
 use glam::{Vec2, Vec3};
-use shares::SurfaceShares;
+use shares::{Arriving, Node, SurfaceShares};
 
 /// The environment and the emitters of a scene as its surfaces see them, for the light that they scatter.
 ///
@@ -41,8 +42,26 @@ impl Sky {
     }
 
     /// The brightest parts of it, as lights without a place.
-    pub(in super::super) fn suns(&self) -> &[Light] {
+    pub fn suns(&self) -> &[Light] {
         &self.suns
+    }
+
+    /// The irradiance by normals of surfaces that see all of it beside its suns, in directions of the environment's
+    /// picture.
+    pub fn rest(&self) -> LightMap<'_> {
+        self.rest.map()
+    }
+
+    /// The scene's triangles, then parts of those that are divided into four: for each the places of its corners' light
+    /// in [`Self::arriving`], and the first of its parts, those at its corners before the middle one; 0: it has none.
+    pub fn nodes(&self) -> impl ExactSizeIterator<Item = [u32; 4]> + '_ {
+        self.shares.nodes.iter().map(|&Node { corners: [a, b, c], parts }| [a, b, c, parts])
+    }
+
+    /// The share of the light from infinity that arrives at a place, and the irradiance by surfaces: each on the side
+    /// of the normals, and on the other.
+    pub fn arriving(&self) -> impl ExactSizeIterator<Item = [[Vec3; 2]; 2]> + '_ {
+        self.shares.arriving.iter().map(|&Arriving { sky, by_surfaces }| [sky, by_surfaces])
     }
 
     /// The irradiance of a surface at a position of the environment's picture, without that of suns, if it saw all of

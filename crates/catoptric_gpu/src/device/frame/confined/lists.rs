@@ -260,7 +260,7 @@ impl Clip {
                 last = (triangle.group, continued(triangle.group));
             }
             let (bits, blocks) = last.1;
-            let hit = (triangle.source + 1) | onward_bits(scene, triangle.source) | bits;
+            let hit = (triangle.source + 1) | onward_bits(scene, triangle.source, false) | bits;
             let places = list.corners.get(index).map_or(WHOLE, |places| places.map(|place| place.to_array()));
             let corner = |(position, at)| ListCorner { position, at, hit, blocks };
             corners.extend(positions.into_iter().zip(places).map(corner));
