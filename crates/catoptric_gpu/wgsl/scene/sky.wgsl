@@ -1,4 +1,4 @@
-// The light from infinity and of emitters that arrives at places of surfaces: the twin of `scene/shading/sky/shares`.
+// The light from infinity and of other surfaces that arrives at places of surfaces: the twin of `scene/shading/sky/shares`.
 
 // Behind the triangles lie nodes, which are triangles, whole or divided into four: the places of their corners' light,
 // and of the first part, or 0. That light lies behind them.
@@ -6,7 +6,7 @@
 struct ArrivingLight {
     // The share of the light from infinity.
     share: vec3f,
-    // The irradiance by emitters.
+    // The irradiance by surfaces that emit light or scatter it.
     emitted: vec3f,
 }
 

@@ -176,7 +176,7 @@ fn begin_lobes(
             child.throughput *= factor;
             child.counted *= factor;
             begun.light += child.counted;
-            if carries_light(child) {
+            if carries_light(child) && begun.count < MAX_ORDER {
                 (*waiting)[begun.count] = child;
                 begun.count++;
             }
@@ -285,7 +285,8 @@ fn light_along(first: Segment, first_hit: u32, place: PictureRay) -> vec3f {
             }
             sum += throughput * light_beyond(segment);
         }
-        if HAS_LOBES && children.passes {
+        // Behind many veils and coats the last paths have no room: those that are left carry little.
+        if HAS_LOBES && children.passes && count < MAX_ORDER {
             waiting[count] = children.passing;
             count++;
         }
