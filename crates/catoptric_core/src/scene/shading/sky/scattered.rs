@@ -138,9 +138,9 @@ impl Scattering<'_> {
     /// one, and the sums with those of their neighbours.
     fn more_rounds(&self, gathered: &[Gathered], near: &[Vec4]) -> Vec<u32> {
         let wanted = gathered.iter().zip(near.chunks_exact(2)).map(|(gathered, near)| {
-            // Where less is met, errors are seen less.
+            // Where less is met, errors of that are seen less.
             let [hits, _] = gathered.hits_and_nearness();
-            let rounds = |side: usize| RAYS * hits[side] / near[side].w.max(1.0);
+            let rounds = |side: usize| RAYS * hits[side].powi(2) / near[side].w.max(1.0);
             rounds(0).max(rounds(1)).clamp(1.0, MOST_ROUNDS as f32)
         });
         let wanted: Vec<f32> = wanted.collect();
