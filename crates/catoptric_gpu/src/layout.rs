@@ -188,7 +188,7 @@ pub mod hit_flags {
     pub const HIT_LIST_REFLECTS: u32 = 1 << 28;
     /// And by refraction.
     pub const HIT_LIST_REFRACTS: u32 = 1 << 29;
-    /// What is shown there is known, or found by rays of lobes: tiles follow no ray.
+    /// Tiles follow no ray from there: the light is known, or found by rays of lobes.
     pub const HIT_BLURRED: u32 = 1 << 27;
     /// All of them with their names in shaders.
     pub const ALL: &[(&str, u32)] = &[

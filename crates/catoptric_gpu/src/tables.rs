@@ -49,7 +49,7 @@ pub struct SceneTables {
     pub triangles: Vec<[u32; 4]>,
     /// Objects with their materials.
     pub surfaces: Vec<Surface>,
-    /// What lies behind the objects: programs of expressions, and lobes.
+    /// Texels behind the objects: programs of expressions, and lobes.
     pub behind_surfaces: Vec<[u32; 4]>,
     /// True if rays follow the lobes of surfaces.
     pub follows_lobes: bool,

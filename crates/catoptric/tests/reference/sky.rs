@@ -192,7 +192,7 @@ fn light_in_a_ball_is_a_geometric_series() {
         shadow_sky(&mut scene, bounces, &Silent).expect("nobody cancels it");
         let series: f32 = (0..=bounces).map(|bounce| share.powi(bounce as i32)).sum();
         let expected = intensity / (radius * radius) * (share / PI * series);
-        // Those at the poles have no extent.
+        // Triangles at the poles have no extent.
         for triangle in (200..scene.triangles.len() as u32 - 200).step_by(97) {
             let barycentrics = Barycentrics { value: Vec2::splat(0.3), ..Default::default() };
             let point = scene.surface_point(triangle, &barycentrics);

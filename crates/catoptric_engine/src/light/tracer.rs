@@ -108,7 +108,7 @@ impl Tracer {
     /// The first surface of those objects along a ray that a list says yes to, whatever is in front of them.
     pub fn first_hit_of(&self, scene: &Scene, ray: &Ray, near: f32, objects: &[bool]) -> Option<Hit> {
         let walk = Walk { objects: Some(objects), ..self.walk(scene, ray, near) };
-        self.details(scene, ray, near, walk.run(&mut ())?)
+        self.details(scene, ray, near, walk.run::<true, _>(&mut ())?)
     }
 
     /// The same for a ray of a beam whose leaves were gathered: [`Self::gather`].
@@ -159,7 +159,7 @@ impl Tracer {
     /// given.
     pub(crate) fn first_stop(&self, scene: &Scene, ray: &Ray, objects: Option<&[bool]>) -> Option<Hit> {
         let walk = Walk { objects, ..self.walk(scene, ray, 0.0) };
-        self.details(scene, ray, 0.0, walk.first_stop()?)
+        self.details(scene, ray, 0.0, walk.run::<false, _>(&mut ())?)
     }
 
     /// The bodies of glass and liquid.
@@ -222,9 +222,9 @@ impl Tracer {
     #[inline(always)]
     fn nearest(&self, scene: &Scene, ray: &Ray, near: f32, treelet: Option<&Treelet>) -> Option<PrimitiveMet> {
         let walk = Walk { treelet, ..self.walk(scene, ray, near) };
-        let Some(tests) = &self.tests else { return walk.run(&mut ()) };
+        let Some(tests) = &self.tests else { return walk.run::<true, _>(&mut ()) };
         let mut count = 0u64;
-        let found = walk.run(&mut count);
+        let found = walk.run::<true, _>(&mut count);
         tests.fetch_add(count, Ordering::Relaxed);
         found
     }
@@ -316,21 +316,24 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// The nearest primitive, with AVX2 where the machine has it.
+    /// The nearest primitive, for rays of sight or those of light, with AVX2 where the machine has it.
     #[inline(always)]
-    fn run<C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
+    fn run<const OF_SIGHT: bool, C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
         #[cfg(target_arch = "x86_64")]
         {
             #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-            fn with_avx2<C: PrimitiveTests>(walk: &Walk<'_>, tests: &mut C) -> Option<PrimitiveMet> {
-                walk.run_in::<Avx2, C>(tests)
+            fn with_avx2<const OF_SIGHT: bool, C: PrimitiveTests>(
+                walk: &Walk<'_>,
+                tests: &mut C,
+            ) -> Option<PrimitiveMet> {
+                walk.run_in::<Avx2, OF_SIGHT, C>(tests)
             }
             if Avx2::is_available() {
                 #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
-                return unsafe { with_avx2(self, tests) };
+                return unsafe { with_avx2::<OF_SIGHT, C>(self, tests) };
             }
         }
-        self.run_in::<Portable, C>(tests)
+        self.run_in::<Portable, OF_SIGHT, C>(tests)
     }
 
     /// True if any primitive is nearer than a distance, with AVX2 where the machine has it.
@@ -347,29 +350,6 @@ impl Walk<'_> {
             }
         }
         self.is_blocked_in::<Portable>(distance)
-    }
-
-    /// The nearest primitive that stops light, with AVX2 where the machine has it.
-    fn first_stop(&self) -> Option<PrimitiveMet> {
-        #[cfg(target_arch = "x86_64")]
-        {
-            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-            fn with_avx2(walk: &Walk<'_>) -> Option<PrimitiveMet> {
-                walk.first_stop_in::<Avx2>()
-            }
-            if Avx2::is_available() {
-                #[allow(unsafe_code, reason = "the machine has just been asked for the features")]
-                return unsafe { with_avx2(self) };
-            }
-        }
-        self.first_stop_in::<Portable>()
-    }
-
-    #[inline(always)]
-    fn first_stop_in<S: SignBits>(&self) -> Option<PrimitiveMet> {
-        let passes = |hit: &TriangleHit| self.passes::<false>(hit);
-        let surface = |object: u32, far: f32| self.surface(object, far);
-        self.hierarchy.nearest_of_all::<S>(self.ray, self.near, f32::INFINITY, passes, surface, &mut ())
     }
 
     /// The share of light that goes straight on to a distance.
@@ -444,9 +424,9 @@ impl Walk<'_> {
     }
 
     #[inline(always)]
-    fn run_in<S: SignBits, C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
+    fn run_in<S: SignBits, const OF_SIGHT: bool, C: PrimitiveTests>(&self, tests: &mut C) -> Option<PrimitiveMet> {
         let Self { hierarchy, treelet, ray, near, .. } = *self;
-        let passes = |hit: &TriangleHit| self.passes::<true>(hit);
+        let passes = |hit: &TriangleHit| self.passes::<OF_SIGHT>(hit);
         let surface = |object: u32, far: f32| self.surface(object, far);
         if let Some(treelet) = treelet
             && let Some(found) = treelet.nearest::<S>(hierarchy, ray, near, passes, surface, tests)

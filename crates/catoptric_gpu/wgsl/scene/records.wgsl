@@ -362,7 +362,7 @@ fn has_lobes(object: u32) -> bool {
     return HAS_LOBES && surface_of(object).lobes != NONE;
 }
 
-// What lies at a texel of the objects' table.
+// A texel of the table of objects.
 fn object_number(texel: u32) -> vec4f {
     return bitcast<vec4f>(textureLoad(surface_table, row_of(texel), 0));
 }

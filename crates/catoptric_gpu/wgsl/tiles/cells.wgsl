@@ -11,7 +11,7 @@ const HIT_LIST_REFLECTS = 0x10000000u;
 const HIT_LIST_REFRACTS = 0x20000000u;
 const HIT_REFLECTS = 0x40000000u;
 const HIT_REFRACTS = 0x80000000u;
-// What is shown there is known, or found by rays of lobes: tiles follow no ray.
+// Tiles follow no ray from there: the light is known, or found by rays of lobes.
 const HIT_BLURRED = 0x8000000u;
 const HIT_TRIANGLE = 0x07ffffffu;
 const UNRESOLVED = 0xffffffffu;

@@ -52,7 +52,8 @@ impl Scene {
         let mut sky = Arc::new(Sky { suns, rest, shares, emitters, is_scattered: false });
         let before = self.light_visibility.replace(visibility.clone());
         self.sky = Some(sky.clone());
-        let scattering = Scattering { scene: self, sky: &sky, visibility: &*visibility, progress };
+        let size = self.bounds.diagonal().max(f32::MIN_POSITIVE);
+        let scattering = Scattering { scene: self, size, sky: &sky, visibility: &*visibility, progress };
         let irradiances = (bounces > 0).then(|| scattering.irradiances(&places, bounces)).transpose();
         self.sky = None;
         let irradiances = irradiances.inspect_err(|_| self.light_visibility = before)?;

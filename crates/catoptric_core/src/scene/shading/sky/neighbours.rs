@@ -30,14 +30,18 @@ pub(super) struct Neighbourhoods {
 type Cell = (i32, IVec3, u8);
 
 impl Neighbourhoods {
-    /// Finds them for the places of a scene of a size.
-    pub(super) fn new(places: &[Facing], size: f32) -> Self {
+    /// Finds them for the places of a scene of a size; `None` shares nothing.
+    pub(super) fn new(places: &[Option<Facing>], size: f32) -> Self {
         let [smallest, largest] = [SMALLEST_CELL, LARGEST_CELL].map(|part| exponent((part * size).max(1e-30)));
         let level = |place: &Facing| exponent(place.reach).clamp(smallest, largest);
         let mut cells: HashMap<Cell, u32> = HashMap::new();
         let mut added = Vec::with_capacity(places.len());
         for place in places {
             let mut of_place = Vec::new();
+            let Some(place) = place else {
+                added.push(of_place);
+                continue;
+            };
             for level in smallest..=level(place) {
                 let cell = (place.position / side(level)).floor().as_ivec3();
                 for (axis, weight) in axes(place.normal) {
@@ -48,7 +52,7 @@ impl Neighbourhoods {
             added.push(of_place);
         }
         let read = parallel::map_collect(places.len(), |index| {
-            let place = &places[index];
+            let Some(place) = &places[index] else { return Vec::new() };
             let level = level(place);
             let at = place.position / side(level) - 0.5;
             let (first, share) = (at.floor(), at - at.floor());

@@ -55,7 +55,7 @@ struct MetPlace {
     irradiance: Vec3,
 }
 
-/// What a place meets all around.
+/// Surfaces all around a place.
 #[derive(Clone, Default)]
 struct Surroundings {
     /// Rays on each side.
@@ -81,6 +81,8 @@ impl Surroundings {
 /// Finds the light that surfaces scatter onto each other at all places of a sky.
 pub(super) struct Scattering<'a> {
     pub(super) scene: &'a Scene,
+    /// The scene's size.
+    pub(super) size: f32,
     pub(super) sky: &'a Sky,
     pub(super) visibility: &'a dyn LightVisibility,
     pub(super) progress: &'a dyn Progress,
@@ -91,7 +93,7 @@ impl Scattering<'_> {
     /// bounces: in the order of [`super::shares::SurfaceShares::arriving`].
     pub(super) fn irradiances(&self, places: &Places<'_>, bounces: u32) -> Result<Vec<[Vec3; 2]>, Cancelled> {
         let (scene, corners) = (self.scene, places.corner_samples(self.scene));
-        let size = scene.bounds.diagonal().max(f32::MIN_POSITIVE);
+        let size = self.size;
         let rays_of_corner = corners.each.min(ROUND);
         let sample_corner =
             |corner: usize, number: usize| corners.sample(scene, corner, number * corners.each / rays_of_corner);
@@ -114,20 +116,32 @@ impl Scattering<'_> {
         };
         let sums = |gathered: &[Gathered]| gathered.iter().flat_map(Gathered::by_surfaces).collect::<Vec<Vec4>>();
         let first = gathered(&of_corners, &of_others, &known);
-        let facing = first.iter().enumerate().flat_map(|(place, gathered)| {
+        // Where there are so many corners that some have no rays, these share all they find along edges.
+        let has_all = corners.count() == places.corner_count();
+        let alone = if has_all { 0 } else { places.corner_count() + 1 };
+        let facing = first.iter().enumerate().skip(alone).flat_map(|(place, gathered)| {
             let ((position, normal), [_, nearness]) = (places.middle(scene, place), gathered.hits_and_nearness());
             let reach = nearness.map(|nearness| REACH * size / nearness.max(f32::MIN_POSITIVE).sqrt().sqrt());
-            [0, 1].map(|side| Facing { position, normal: normal * [1.0, -1.0][side], reach: reach[side] })
+            let rays = gathered.by_surfaces().map(|sum| sum.w);
+            let facing = |side: usize| Facing { position, normal: normal * [1.0, -1.0][side], reach: reach[side] };
+            [0, 1].map(|side| (rays[side] > 0.0).then(|| facing(side)))
         });
         let neighbourhoods = Neighbourhoods::new(&facing.collect::<Vec<_>>(), size);
-        let rounds = self.more_rounds(&first, &neighbourhoods.sums(&sums(&first)));
-        if corners.count() == places.corner_count() && rays_of_corner == ROUND {
+        let near = |mut sums: Vec<Vec4>| {
+            let shared = neighbourhoods.sums(&sums[2 * alone..]);
+            sums.truncate(2 * alone);
+            sums.extend(shared);
+            sums
+        };
+        let rounds = self.more_rounds(&first, &near(sums(&first)));
+        drop(first);
+        if has_all && rays_of_corner == ROUND {
             self.look_around(&mut of_corners, ROUND, sample_corner, |corner| 1..rounds[corner])?;
         }
         let others = &rounds[places.corner_count() + 1..];
         self.look_around(&mut of_others, ROUND, sample_other, |place| 1..others[place])?;
         for _ in 0..bounces {
-            let near = neighbourhoods.sums(&sums(&gathered(&of_corners, &of_others, &known)));
+            let near = near(sums(&gathered(&of_corners, &of_others, &known)));
             let mean = |sum: &Vec4| sum.truncate() / sum.w.max(1e-6);
             known = near.chunks_exact(2).map(|sides| [mean(&sides[0]), mean(&sides[1])]).collect();
         }
@@ -182,7 +196,6 @@ impl Scattering<'_> {
 
     fn around(&self, samples: impl Iterator<Item = Sample>, rounds: Range<u32>) -> Surroundings {
         let mut found = Surroundings::default();
-        let size = self.scene.bounds.diagonal().max(f32::MIN_POSITIVE);
         if rounds.is_empty() {
             return found;
         }
@@ -203,7 +216,7 @@ impl Scattering<'_> {
                     let ray = Ray { origin: point.origins[side], direction: across * x + along * y + normal * z };
                     let Some(stop) = self.visibility.first_stop(self.scene, &ray) else { continue };
                     found.hits[side] += 1.0;
-                    found.nearness[side] += (stop.distance / size).max(NEAREST).powi(-4);
+                    found.nearness[side] += (stop.distance / self.size).max(NEAREST).powi(-4);
                     let met = self.met(&ray, &stop, choice);
                     found.met.extend(met.map(|met| MetPlace { side: side as u8, ..met }));
                 }
@@ -213,7 +226,8 @@ impl Scattering<'_> {
         found
     }
 
-    /// What a ray meets, if that scatters light. A number between 0 and 1 chooses the lamp that is asked for.
+    /// The place where a ray is stopped, if that scatters light. A number between 0 and 1 chooses the lamp that is
+    /// asked for.
     fn met(&self, ray: &Ray, stop: &LightStop, choice: f32) -> Option<MetPlace> {
         let scene = self.scene;
         let point = match &stop.surface {

@@ -55,7 +55,8 @@ impl SurfaceShares {
         irradiance.unwrap_or(Vec3::ZERO)
     }
 
-    /// What a function of the light's indices says at a place of a triangle; `None` where the triangle was not there.
+    /// The values that a function of the light's indices has, at a place of a triangle; `None` where the triangle was
+    /// not there.
     #[inline(always)]
     pub(super) fn interpolated(
         &self,
